@@ -1,0 +1,15 @@
+//! Fields on a raster: what every other room of Girtin stands on.
+//!
+//! In the order data flows:
+//! - [`random`]: numbers that are a function of (seed, stage, place);
+//! - [`noise`]: gradient noise, fractal sums and cellular noise over the plane, tileable at will;
+//! - [`raster`]: a plain rectangle of values, the currency between crates;
+//! - [`field`]: a raster with a dry border, laid out for row kernels;
+//! - [`blur`]: separable Gaussian weights and blurs.
+#![forbid(unsafe_code)]
+
+pub mod noise;
+pub mod random;
+pub mod raster;
+
+pub use raster::Raster;

@@ -1,0 +1,1 @@
+//! Gradient noise, fractal sums and cellular noise over the plane, tileable at will.

@@ -1,0 +1,1 @@
+//! Numbers that are a function of (seed, stage, place).
