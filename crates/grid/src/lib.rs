@@ -8,8 +8,11 @@
 //! - [`blur`]: separable Gaussian weights and blurs.
 #![forbid(unsafe_code)]
 
+pub mod blur;
+pub mod field;
 pub mod noise;
 pub mod random;
 pub mod raster;
 
+pub use field::{Field, Layout};
 pub use raster::Raster;
