@@ -8,11 +8,11 @@
 //! - [`blur`]: separable Gaussian weights and blurs.
 #![forbid(unsafe_code)]
 
-pub mod blur;
-pub mod field;
-pub mod noise;
 pub mod random;
+pub mod noise;
 pub mod raster;
+pub mod field;
+pub mod blur;
 
 pub use field::{Field, Layout};
 pub use raster::Raster;

@@ -1,5 +1,4 @@
 //! A named paint: its optics, how it handles in water, and the TOML file it comes from.
-#![allow(clippy::result_large_err, reason = "a Problem holds its file's text, and is made once a file")]
 
 use core::fmt;
 

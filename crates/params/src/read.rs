@@ -475,7 +475,9 @@ mod tests {
 
     #[test]
     fn wrong_kinds_and_ranges_are_refused_at_the_value() {
-        for bad in ["viscosity = \"thick\"", "viscosity = 2", "viscosity = nan", "sweeps = 1.5", "sweeps = -1"] {
+        for bad in
+            ["viscosity = \"thick\"", "viscosity = 2", "viscosity = nan", "sweeps = 1.5", "sweeps = -1"]
+        {
             let problem = flow(bad).unwrap_err();
             assert_eq!(problem.line, 1, "{problem}");
             assert!(problem.column > 1, "{problem}");
@@ -485,9 +487,7 @@ mod tests {
 
     #[test]
     fn inner_tables_say_their_path() {
-        let read = |text| {
-            parse("d.toml", text, |root| root.tables("glaze", |glaze| glaze.need_text("name")))
-        };
+        let read = |text| parse("d.toml", text, |root| root.tables("glaze", |glaze| glaze.need_text("name")));
         assert_eq!(read("[[glaze]]\nname = \"a\"").unwrap(), Some(vec!["a".to_owned()]));
         let problem = read("[[glaze]]\nname = \"a\"\n[[glaze]]\nnam = \"b\"").unwrap_err();
         assert_eq!(problem.message, "`glaze[2]` lacks `name`");

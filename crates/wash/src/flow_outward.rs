@@ -1,0 +1,292 @@
+//! `FlowOutward`: water is drawn toward the edge of the wash, and pigment with it; the edge dries darker.
+
+use std::ops::Range;
+
+use girtin_grid::blur::gaussian_weights;
+use girtin_grid::{Field, Layout};
+use multiversion::multiversion;
+use rayon::prelude::*;
+
+/// Takes water from the cells of one row.
+///
+/// # Source
+/// Curtis et al. 1997, §4.3.3, `FlowOutward`: p ← p − η(1 − M′)M.
+///
+/// # Shapes and units
+/// Field rows cut to the columns where `outflow` is not all 0; `outflow` is η(1 − M′)M.
+pub fn draw_off(pressure: &mut [f32], outflow: &[f32]) {
+    draw_off_kernel(pressure, outflow);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn draw_off_kernel(pressure: &mut [f32], outflow: &[f32]) {
+    for (p, &outflow) in pressure.iter_mut().zip(outflow) {
+        *p -= outflow;
+    }
+}
+
+/// η(1 − M′)M of the whole canvas, kept from step to step and renewed only where the wet mask changed.
+///
+/// 1 − M′ is computed as the blur of 1 − M, so that it is exactly 0 where the blur sees wet paper only, whatever the
+/// order in which it was computed.
+///
+/// # Deviations
+/// D5, D6.
+#[derive(Clone, Debug)]
+pub struct Outflow {
+    edge_darkening: f32,
+    /// Gaussian weights from the middle outward.
+    half_weights: Vec<f32>,
+    amount: Field<f32>,
+    /// Per row, the columns where the amount is not 0.
+    spans: Vec<Vec<Range<usize>>>,
+}
+
+impl Outflow {
+    /// An outflow of 0 everywhere.
+    pub fn new(layout: Layout, edge_darkening: f64, edge_kernel: u32) -> Self {
+        let radius = edge_kernel as usize / 2;
+        let weights = gaussian_weights(f64::from(edge_kernel) / 4.0, radius); // D6
+        Self {
+            edge_darkening: edge_darkening as f32,
+            half_weights: weights[radius..].to_vec(),
+            amount: Field::<f32>::zeroed(layout),
+            spans: vec![Vec::new(); layout.rows().end],
+        }
+    }
+
+    /// The amounts of one row.
+    pub fn row(&self, row: usize) -> &[f32] {
+        self.amount.row(row)
+    }
+
+    /// The columns of one row where the amount is not 0.
+    pub fn spans(&self, row: usize) -> &[Range<usize>] {
+        &self.spans[row]
+    }
+
+    /// Blurs again whatever a change of the mask inside a rectangle of field rows and columns reaches.
+    ///
+    /// `cuts` are the row bands to work on at a time; they change no bit of the result.
+    pub fn renew(&mut self, mask: &Field<u8>, rows: Range<usize>, columns: Range<usize>, bands: usize) {
+        let layout = mask.layout();
+        let radius = self.half_weights.len() - 1;
+        let widen = |range: Range<usize>, limit: Range<usize>| {
+            range.start.saturating_sub(radius).max(limit.start)..(range.end + radius).min(limit.end)
+        };
+        let (rows, columns) = (widen(rows, layout.rows()), widen(columns, layout.columns()));
+        if rows.is_empty() || columns.is_empty() || self.edge_darkening == 0.0 {
+            return;
+        }
+        let cuts: Vec<usize> = (0..=bands).map(|band| rows.start + rows.len() * band / bands).collect();
+        let (weights, strength) = (&self.half_weights, self.edge_darkening);
+        self.amount.bands_mut(&cuts).into_par_iter().for_each(|mut band| {
+            let mut blurred = RowBlurs::new(mask, columns.clone(), weights);
+            let mut dryness = vec![0.0; columns.len()];
+            for row in band.rows() {
+                let wet = &mask.row(row)[columns.clone()];
+                let out = &mut band.row_mut(row)[columns.clone()];
+                if wet.iter().all(|&cell| cell == 0) {
+                    // Written only where needed: dry pages stay untouched.
+                    out.iter_mut().filter(|amount| **amount != 0.0).for_each(|amount| *amount = 0.0);
+                    continue;
+                }
+                dryness.fill(0.0);
+                add_scaled_pair(&mut dryness, blurred.row(row as isize), None, weights[0]);
+                for (tap, &weight) in weights.iter().enumerate().skip(1) {
+                    let (above, below) =
+                        blurred.rows(row as isize - tap as isize, row as isize + tap as isize);
+                    add_scaled_pair(&mut dryness, above, Some(below), weight);
+                }
+                for ((amount, &dryness), &wet) in out.iter_mut().zip(&dryness).zip(wet) {
+                    *amount = if wet != 0 { strength * dryness } else { 0.0 };
+                }
+            }
+        });
+        for row in rows {
+            self.spans[row] = nonzero_spans(self.amount.row(row), layout.columns());
+        }
+    }
+}
+
+/// The columns where a row is not 0, short gaps included.
+fn nonzero_spans(row: &[f32], columns: Range<usize>) -> Vec<Range<usize>> {
+    const WORTH_A_GAP: usize = 16;
+    let mut spans: Vec<Range<usize>> = Vec::new();
+    let mut x = columns.start;
+    while let Some(start) = (x..columns.end).find(|&x| row[x] != 0.0) {
+        let end = (start..columns.end).find(|&x| row[x] == 0.0).unwrap_or(columns.end);
+        match spans.last_mut() {
+            Some(last) if start < last.end + WORTH_A_GAP => last.end = end,
+            _ => spans.push(start..end),
+        }
+        x = end;
+    }
+    spans
+}
+
+/// Rows of 1 − M blurred sideways, made when first asked for and kept while the window of rows passes.
+struct RowBlurs<'a> {
+    mask: &'a Field<u8>,
+    columns: Range<usize>,
+    half_weights: &'a [f32],
+    /// Ring of rows, each with the number of the row it holds.
+    ring: Vec<(Option<isize>, Vec<f32>)>,
+    dry: Vec<f32>,
+}
+
+impl<'a> RowBlurs<'a> {
+    fn new(mask: &'a Field<u8>, columns: Range<usize>, half_weights: &'a [f32]) -> Self {
+        let radius = half_weights.len() - 1;
+        let dry = vec![1.0; columns.len() + 2 * radius];
+        let ring = vec![(None, vec![0.0; columns.len()]); 2 * radius + 1];
+        Self { mask, columns, half_weights, ring, dry }
+    }
+
+    fn slot(&self, row: isize) -> usize {
+        row.rem_euclid(self.ring.len() as isize) as usize
+    }
+
+    fn fill(&mut self, row: isize) {
+        let slot = self.slot(row);
+        if self.ring[slot].0 == Some(row) {
+            return;
+        }
+        let radius = self.half_weights.len() - 1;
+        let canvas = self.mask.layout().columns();
+        let inside = usize::try_from(row).ok().filter(|row| self.mask.layout().rows().contains(row));
+        for (i, dry) in self.dry.iter_mut().enumerate() {
+            // Outside the canvas all is dry (D5).
+            let column = (self.columns.start + i).checked_sub(radius).filter(|x| canvas.contains(x));
+            let wet = inside.zip(column).is_some_and(|(row, x)| self.mask.row(row)[x] != 0);
+            *dry = if wet { 0.0 } else { 1.0 };
+        }
+        let (holds, out) = &mut self.ring[slot];
+        *holds = Some(row);
+        out.fill(0.0);
+        let width = out.len();
+        add_scaled_pair(out, &self.dry[radius..][..width], None, self.half_weights[0]);
+        for (tap, &weight) in self.half_weights.iter().enumerate().skip(1) {
+            let (before, after) = (&self.dry[radius - tap..][..width], &self.dry[radius + tap..][..width]);
+            add_scaled_pair(out, before, Some(after), weight);
+        }
+    }
+
+    fn row(&mut self, row: isize) -> &[f32] {
+        self.fill(row);
+        &self.ring[self.slot(row)].1
+    }
+
+    fn rows(&mut self, above: isize, below: isize) -> (&[f32], &[f32]) {
+        self.fill(above);
+        self.fill(below);
+        (&self.ring[self.slot(above)].1, &self.ring[self.slot(below)].1)
+    }
+}
+
+/// out += weight · (a + b): taps left and right of the middle are added first, so a mirrored mask blurs mirrored.
+fn add_scaled_pair(out: &mut [f32], a: &[f32], b: Option<&[f32]>, weight: f32) {
+    match b {
+        Some(b) => add_scaled_pair_kernel(out, a, b, weight),
+        None => {
+            for (out, &a) in out.iter_mut().zip(a) {
+                *out += weight * a;
+            }
+        }
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn add_scaled_pair_kernel(out: &mut [f32], a: &[f32], b: &[f32], weight: f32) {
+    let n = out.len();
+    let (a, b) = (&a[..n], &b[..n]);
+    for i in 0..n {
+        out[i] += weight * (a[i] + b[i]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// D6 written out in f64.
+    fn plain(mask: &Field<u8>, edge_darkening: f64, kernel: i64) -> Vec<f64> {
+        let (width, height) = (mask.layout().width() as i64, mask.layout().height() as i64);
+        let taps: Vec<i64> = (-(kernel / 2)..=kernel / 2).collect();
+        let sigma = kernel as f64 / 4.0;
+        let weight = |t: i64| libm::exp(-((t * t) as f64) / (2.0 * sigma * sigma));
+        let sum: f64 = taps.iter().map(|&t| weight(t)).sum();
+        let wet = |x: i64, y: i64| {
+            let inside = (0..width).contains(&x) && (0..height).contains(&y);
+            if inside { f64::from(mask.cells(y as usize)[x as usize]) } else { 0.0 }
+        };
+        let mut amounts = Vec::new();
+        for y in 0..height {
+            for x in 0..width {
+                let mut blurred = 0.0;
+                for &i in &taps {
+                    for &j in &taps {
+                        blurred += weight(i) * weight(j) / sum / sum * wet(x + i, y + j);
+                    }
+                }
+                amounts.push(edge_darkening * (1.0 - blurred) * wet(x, y));
+            }
+        }
+        amounts
+    }
+
+    fn blob(width: usize, height: usize) -> Field<u8> {
+        let mut mask = Field::<u8>::zeroed(Layout::new(width, height));
+        for y in 0..height {
+            for x in 0..width {
+                mask.cells_mut(y)[x] = u8::from((x * 7 + y * 5) % 11 != 0 && x > 2);
+            }
+        }
+        mask
+    }
+
+    #[test]
+    fn outflow_is_the_paper_s() {
+        for (width, height, kernel) in [(40, 31, 10), (9, 7, 5), (1, 1, 10), (33, 2, 1), (5, 40, 60)] {
+            let mask = blob(width, height);
+            let layout = mask.layout();
+            let mut outflow = Outflow::new(layout, 0.05, kernel);
+            outflow.renew(&mask, layout.rows(), layout.columns(), 3);
+            let wanted = plain(&mask, 0.05, i64::from(kernel));
+            for y in 0..height {
+                for x in 0..width {
+                    let found = outflow.amount.cells(y)[x];
+                    assert!(
+                        (f64::from(found) - wanted[y * width + x]).abs() < 5e-8,
+                        "{width}×{height} {x},{y}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn renewing_where_the_mask_changed_equals_blurring_everything() {
+        let mut mask = blob(64, 48);
+        let layout = mask.layout();
+        let mut renewed = Outflow::new(layout, 0.05, 10);
+        renewed.renew(&mask, layout.rows(), layout.columns(), 2);
+        mask.cells_mut(20)[30..34].fill(0);
+        mask.cells_mut(21)[10..33].fill(1);
+        renewed.renew(&mask, 21..23, Layout::LEFT + 10..Layout::LEFT + 34, 5);
+        let mut whole = Outflow::new(layout, 0.05, 10);
+        whole.renew(&mask, layout.rows(), layout.columns(), 1);
+        assert_eq!(renewed.amount, whole.amount);
+        assert_eq!(renewed.spans, whole.spans);
+    }
+
+    #[test]
+    fn deep_inside_a_wash_nothing_is_drawn_off() {
+        let mut mask = Field::<u8>::zeroed(Layout::new(40, 40));
+        (0..40).for_each(|y| mask.cells_mut(y).fill(1));
+        let mut outflow = Outflow::new(mask.layout(), 0.05, 10);
+        outflow.renew(&mask, mask.layout().rows(), mask.layout().columns(), 1);
+        assert!(outflow.amount.cells(20)[6..34].iter().all(|amount| amount.to_bits() == 0));
+        assert!(outflow.amount.cells(20)[0] > 0.0);
+    }
+}

@@ -1,0 +1,91 @@
+//! `MovePigment`: the water carries suspended pigment along.
+
+use multiversion::multiversion;
+
+use crate::region::Run;
+use crate::relax_divergence::FlowRows;
+
+/// Bits of the largest sum of outflow speeds of a cell of one row.
+///
+/// No |u| or |v| of the row's faces is larger, since every moving face takes water out of one cell.
+///
+/// # Source
+/// D4: the sub-steps are short enough that no cell gives away more than it holds.
+pub fn outflow_speeds(flow: &FlowRows<'_>, run: Run) -> i32 {
+    outflow_speeds_kernel(flow, run)
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn outflow_speeds_kernel(flow: &FlowRows<'_>, run: Run) -> i32 {
+    let (first, n) = (run.first, run.len());
+    let u = &flow.u[first..][..n + 1];
+    let (v, v_below) = (&flow.v[first..][..n], &flow.v_below[first..][..n]);
+    let mut fastest = 0;
+    for i in 0..n {
+        // Not f32::max: it would drop a NaN, which must be seen.
+        let out = |speed: f32| if speed < 0.0 { 0.0 } else { speed };
+        let sum = (out(u[i + 1]) + out(-u[i])) + (out(v_below[i]) + out(-v[i]));
+        fastest = fastest.max(sum.to_bits() as i32);
+    }
+    fastest
+}
+
+/// Suspended pigment of a row and its neighbours before the sub-step.
+#[derive(Clone, Copy, Debug)]
+pub struct SuspendedRows<'a> {
+    /// Above.
+    pub above: &'a [f32],
+    /// Here.
+    pub here: &'a [f32],
+    /// Below.
+    pub below: &'a [f32],
+}
+
+/// Moves suspended pigment of one row with the water for one sub-step.
+///
+/// # Source
+/// Curtis et al. 1997, §4.4, `MovePigment`, gathered by face.
+///
+/// # Shapes and units
+/// Field rows; `suspended` receives the new amounts; `dt` in steps.
+///
+/// # Guarantees
+/// What leaves a cell through a face enters the next, from the same rounded flux (`pigment_is_kept`); amounts stay ≥ 0
+/// while `dt` times [`outflow_speeds`] is at most 1; dry cells are untouched.
+///
+/// # Deviations
+/// D3, D4.
+pub fn carry(suspended: &mut [f32], old: &SuspendedRows<'_>, flow: &FlowRows<'_>, dt: f32, run: Run) {
+    if run.all_wet {
+        carry_kernel::<true>(suspended, old, flow, dt, run);
+    } else {
+        carry_kernel::<false>(suspended, old, flow, dt, run);
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn carry_kernel<const ALL_WET: bool>(
+    suspended: &mut [f32],
+    old: &SuspendedRows<'_>,
+    flow: &FlowRows<'_>,
+    dt: f32,
+    run: Run,
+) {
+    let (first, n) = (run.first, run.len());
+    let g_new = &mut suspended[first..][..n];
+    let g = &old.here[first - 1..][..n + 2];
+    let (above, below) = (&old.above[first..][..n], &old.below[first..][..n]);
+    let u = &flow.u[first..][..n + 1];
+    let (v, v_below) = (&flow.v[first..][..n], &flow.v_below[first..][..n]);
+    let m = &flow.mask[first..][..n];
+    // Through a face flows what the cell upstream of it holds.
+    let flux = |speed: f32, before: f32, after: f32| (if speed > 0.0 { before } else { after }) * speed * dt;
+    for i in 0..n {
+        let here = g[i + 1];
+        let sideways = flux(u[i], g[i], here) - flux(u[i + 1], here, g[i + 2]);
+        let downward = flux(v[i], above[i], here) - flux(v_below[i], here, below[i]);
+        let moved = here + (sideways + downward);
+        let moved = if moved > 0.0 { moved } else { 0.0 }; // rounding may undercut 0 by one unit
+        g_new[i] = if ALL_WET || m[i] != 0 { moved } else { here };
+    }
+}

@@ -1,0 +1,173 @@
+//! Where the water is: runs of wet cells, row by row.
+//!
+//! Work is done only on runs, so dry paper costs nothing. A run that is wet throughout, as is the row above it, needs
+//! no mask at all; any other run is widened to whole vectors and its kernels choose by the mask.
+
+use std::ops::Range;
+
+use girtin_grid::{Field, Layout};
+
+/// Neighbouring cells of one row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// First field column.
+    pub first: usize,
+    /// Field column after the last.
+    pub end: usize,
+    /// Every cell of the run is wet and so is every cell above it, while the cells before and after it are dry.
+    pub all_wet: bool,
+}
+
+impl Run {
+    /// Number of cells.
+    pub fn len(self) -> usize {
+        self.end - self.first
+    }
+}
+
+/// Runs end at whole vectors of this many cells.
+const VECTOR: usize = 8;
+/// Runs with fewer dry cells between them are one: starting a kernel costs more than that.
+const WORTH_A_GAP: usize = 2 * VECTOR;
+
+/// The runs of all rows.
+#[derive(Clone, Debug)]
+pub struct Region {
+    rows: Vec<Vec<Run>>,
+    /// Rows outside have no runs.
+    active: Range<usize>,
+}
+
+impl Region {
+    /// One run a row, over the whole canvas, whatever is wet.
+    pub fn whole(layout: Layout) -> Self {
+        let mut rows = vec![Vec::new(); layout.rows().end + 2];
+        for row in layout.rows() {
+            rows[row].push(Run { first: layout.columns().start, end: layout.columns().end, all_wet: false });
+        }
+        Self { rows, active: layout.rows() }
+    }
+
+    /// The runs of cells for which `holds` is true of the field's value.
+    pub fn of<T: Copy>(field: &Field<T>, holds: impl Fn(T) -> bool) -> Self {
+        let layout = field.layout();
+        let mut region =
+            Self { rows: vec![Vec::new(); layout.rows().end + 2], active: Layout::TOP..Layout::TOP };
+        for row in layout.rows() {
+            region.rescan(field, row, &holds);
+        }
+        region
+    }
+
+    /// Looks at one row again.
+    pub fn rescan<T: Copy>(&mut self, field: &Field<T>, row: usize, holds: impl Fn(T) -> bool) {
+        let (here, above) = (field.row(row), field.row(row - 1));
+        let runs = &mut self.rows[row];
+        runs.clear();
+        let columns = field.layout().columns();
+        let mut x = columns.start;
+        while let Some(start) = (x..columns.end).find(|&x| holds(here[x])) {
+            let end = (start..columns.end).find(|&x| !holds(here[x])).unwrap_or(columns.end);
+            let all_wet = above[start..end].iter().all(|&value| holds(value));
+            x = end;
+            match runs.last_mut() {
+                Some(last) if start < last.end + WORTH_A_GAP => {
+                    *last = Run { first: last.first, end, all_wet: false };
+                }
+                _ => runs.push(Run { first: start, end, all_wet }),
+            }
+        }
+        for run in runs.iter_mut().filter(|run| !run.all_wet) {
+            run.first -= run.first % VECTOR;
+            run.end = run.end.next_multiple_of(VECTOR);
+        }
+        if !runs.is_empty() {
+            self.active = if self.active.is_empty() {
+                row..row + 1
+            } else {
+                self.active.start.min(row)..self.active.end.max(row + 1)
+            };
+        }
+    }
+
+    /// The runs of a row.
+    pub fn runs(&self, row: usize) -> &[Run] {
+        &self.rows[row]
+    }
+
+    /// The rows that may have runs.
+    pub fn active(&self) -> Range<usize> {
+        self.active.clone()
+    }
+
+    /// Cells in all runs.
+    pub fn cells(&self) -> usize {
+        self.rows[self.active()].iter().flatten().map(|run| run.len()).sum()
+    }
+
+    /// Cuts the active rows into at most `bands` bands of about equal work, no band without rows.
+    pub fn cuts(&self, bands: usize) -> Vec<usize> {
+        let cells = self.cells();
+        let mut cuts = vec![self.active.start];
+        let mut before = 0;
+        for row in self.active() {
+            before += self.rows[row].iter().map(|run| run.len()).sum::<usize>();
+            // The band ends here when it has its share of the work.
+            if before * bands >= cells * cuts.len() && row + 1 < self.active.end && cuts.len() < bands {
+                cuts.push(row + 1);
+            }
+        }
+        cuts.push(self.active.end);
+        cuts
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mask(rows: &[&str]) -> Field<u8> {
+        let mut field = Field::<u8>::zeroed(Layout::new(rows[0].len(), rows.len()));
+        for (y, row) in rows.iter().enumerate() {
+            for (cell, letter) in field.cells_mut(y).iter_mut().zip(row.bytes()) {
+                *cell = u8::from(letter == b'#');
+            }
+        }
+        field
+    }
+
+    #[test]
+    fn every_wet_cell_is_in_exactly_one_run() {
+        let field = mask(&[
+            "#..##.................................................#",
+            "#######################################################",
+            "#######################################################",
+            ".......................................................",
+        ]);
+        let region = Region::of(&field, |cell| cell != 0);
+        for row in field.layout().rows() {
+            for x in field.layout().columns().filter(|&x| field.row(row)[x] != 0) {
+                let holding = region.runs(row).iter().filter(|run| (run.first..run.end).contains(&x)).count();
+                assert_eq!(holding, 1, "row {row} column {x}");
+            }
+        }
+        assert_eq!(region.active(), 1..4);
+        assert!(!region.runs(2)[0].all_wet, "the row above is ragged");
+        assert!(region.runs(3)[0].all_wet);
+    }
+
+    #[test]
+    fn bands_cover_the_active_rows_and_share_the_work() {
+        let field = mask(&[
+            "................",
+            "################",
+            "################",
+            "################",
+            "#...............",
+        ]);
+        let region = Region::of(&field, |cell| cell != 0);
+        assert_eq!(region.cuts(1), [2, 6]);
+        assert_eq!(region.cuts(2), [2, 4, 6]);
+        assert!(region.cuts(99).windows(2).all(|cut| cut[0] < cut[1]));
+    }
+}

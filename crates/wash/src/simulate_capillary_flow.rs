@@ -1,0 +1,137 @@
+//! `SimulateCapillaryFlow`: water soaks into the paper, creeps through its pores and wets new cells.
+
+use multiversion::multiversion;
+
+use crate::params::Capillary;
+use crate::region::Run;
+
+/// The capillary layer's numbers as the kernels need them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pores {
+    absorption: f32,
+    min_diffusing: f32,
+    min_receiving: f32,
+    wetting_threshold: f32,
+    least: f32,
+    range: f32,
+}
+
+impl From<&Capillary> for Pores {
+    fn from(capillary: &Capillary) -> Self {
+        let [least, most] = capillary.capacity;
+        Self {
+            absorption: capillary.absorption as f32,
+            min_diffusing: capillary.min_diffusing as f32,
+            min_receiving: capillary.min_receiving as f32,
+            wetting_threshold: capillary.wetting_threshold as f32,
+            least: least as f32,
+            range: (most - least) as f32,
+        }
+    }
+}
+
+/// Wet cells of one row soak water into the paper.
+///
+/// # Source
+/// Curtis et al. 1997, §4.6, `SimulateCapillaryFlow`, first loop; capacity c = h(c_max − c_min) + c_min, §4.1.
+///
+/// # Shapes and units
+/// Field rows; `saturation` and capacity in the same amount of water.
+///
+/// # Guarantees
+/// A cell never soaks up more than its capacity; dry cells are untouched.
+pub fn absorb(saturation: &mut [f32], height: &[f32], mask: &[u8], pores: &Pores, run: Run) {
+    absorb_kernel(saturation, height, mask, *pores, run);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn absorb_kernel(saturation: &mut [f32], height: &[f32], mask: &[u8], pores: Pores, run: Run) {
+    let (first, n) = (run.first, run.len());
+    let (s, h, m) = (&mut saturation[first..][..n], &height[first..][..n], &mask[first..][..n]);
+    for i in 0..n {
+        let room = h[i] * pores.range + pores.least - s[i];
+        let soaked = if room < pores.absorption { room } else { pores.absorption };
+        let soaked = if soaked > 0.0 { soaked } else { 0.0 };
+        s[i] = if m[i] != 0 { s[i] + soaked } else { s[i] };
+    }
+}
+
+/// Saturation and paper height of a row and its neighbours.
+#[derive(Clone, Copy, Debug)]
+pub struct PoreRows<'a> {
+    /// Saturation above.
+    pub above: &'a [f32],
+    /// Saturation here.
+    pub here: &'a [f32],
+    /// Saturation below.
+    pub below: &'a [f32],
+    /// Height above.
+    pub height_above: &'a [f32],
+    /// Height here.
+    pub height: &'a [f32],
+    /// Height below.
+    pub height_below: &'a [f32],
+}
+
+/// Water creeps between the cells of one row and their neighbours.
+///
+/// # Source
+/// Curtis et al. 1997, §4.6, `SimulateCapillaryFlow`, second loop, gathered by face.
+///
+/// # Shapes and units
+/// Field rows; `saturation` receives the new amounts.
+///
+/// # Guarantees
+/// What leaves a cell enters its neighbour, from the same rounded amount (`pore_water_is_kept`).
+///
+/// # Deviations
+/// D5.
+pub fn diffuse(saturation: &mut [f32], old: &PoreRows<'_>, pores: &Pores, run: Run) {
+    diffuse_kernel(saturation, old, *pores, run);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn diffuse_kernel(saturation: &mut [f32], old: &PoreRows<'_>, pores: Pores, run: Run) {
+    let (first, n) = (run.first, run.len());
+    let out = &mut saturation[first..][..n];
+    let s = &old.here[first - 1..][..n + 2];
+    let h = &old.height[first - 1..][..n + 2];
+    let (above, below) = (&old.above[first..][..n], &old.below[first..][..n]);
+    let (h_above, h_below) = (&old.height_above[first..][..n], &old.height_below[first..][..n]);
+    // What flows from a cell holding `from` to a neighbour holding `to` with capacity `room` + `to`.
+    let creep = |from: f32, to: f32, height: f32| {
+        let (excess, room) = (from - to, height * pores.range + pores.least - to);
+        let flow = (if excess < room { excess } else { room }) * 0.25;
+        let flows = (from > pores.min_diffusing) & (from > to) & (to > pores.min_receiving) & (flow > 0.0);
+        if flows { flow } else { 0.0 }
+    };
+    for i in 0..n {
+        let here = s[i + 1];
+        let gain =
+            |there: f32, its_height: f32| creep(there, here, h[i + 1]) - creep(here, there, its_height);
+        let sideways = gain(s[i], h[i]) + gain(s[i + 2], h[i + 2]);
+        let upright = gain(above[i], h_above[i]) + gain(below[i], h_below[i]);
+        out[i] = here + (sideways + upright);
+    }
+}
+
+/// Cells of one row whose paper is full enough become wet; returns whether any did.
+///
+/// # Source
+/// Curtis et al. 1997, §4.6, `SimulateCapillaryFlow`, third loop.
+pub fn spread(mask: &mut [u8], saturation: &[f32], pores: &Pores, run: Run) -> bool {
+    spread_kernel(mask, saturation, pores.wetting_threshold, run)
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn spread_kernel(mask: &mut [u8], saturation: &[f32], threshold: f32, run: Run) -> bool {
+    let (first, n) = (run.first, run.len());
+    let (m, s) = (&mut mask[first..][..n], &saturation[first..][..n]);
+    let mut grown = 0;
+    for i in 0..n {
+        let wet = u8::from(s[i] > threshold);
+        grown |= wet & !m[i];
+        m[i] |= wet;
+    }
+    grown != 0
+}

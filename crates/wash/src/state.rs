@@ -1,0 +1,221 @@
+//! Everything a wash is made of at one moment.
+
+use girtin_grid::{Field, Layout, Raster};
+
+/// The state of a wash.
+///
+/// All fields have the canvas's [`Layout`]: `u` uses one column more, `v` one row more.
+#[derive(Clone, Debug, PartialEq)]
+pub struct WashState {
+    /// M: 1 where the paper is wet, else 0.
+    pub wet_mask: Field<u8>,
+    /// h: height of the paper, 0 to 1.
+    pub height: Field<f32>,
+    /// u: velocity through the face before each cell, cells per step.
+    pub u: Field<f32>,
+    /// v: velocity through the face above each cell, cells per step.
+    pub v: Field<f32>,
+    /// p: pressure of the water.
+    pub pressure: Field<f32>,
+    /// s: water in the pores of the paper.
+    pub saturation: Field<f32>,
+    /// g: pigment in the water, a field per pigment.
+    pub suspended: Vec<Field<f32>>,
+    /// d: pigment on the paper, a field per pigment.
+    pub deposited: Vec<Field<f32>>,
+}
+
+/// What is wrong with a state.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum StateError {
+    /// A value is not a number, infinite, or outside what the field allows.
+    #[error("`{field}` is {value} at column {x}, row {y}{}; it must be {allowed}", pigment.map_or(String::new(), |k| format!(" of pigment {}", k + 1)))]
+    Value {
+        /// Name of the field.
+        field: &'static str,
+        /// Which pigment's, from 0.
+        pigment: Option<usize>,
+        /// Column of the canvas, from 0.
+        x: usize,
+        /// Row of the canvas, from 0.
+        y: usize,
+        /// What was found.
+        value: f32,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The number of pigments is not that of the pigment fields.
+    #[error(
+        "the state holds {suspended} suspended and {deposited} deposited pigments, but {handlings} are named"
+    )]
+    Pigments {
+        /// Suspended fields.
+        suspended: usize,
+        /// Deposited fields.
+        deposited: usize,
+        /// Handlings given.
+        handlings: usize,
+    },
+    /// A pigment's numbers are not allowed.
+    #[error("pigment {}: {fault}", pigment + 1)]
+    Handling {
+        /// Which pigment, from 0.
+        pigment: usize,
+        /// What is wrong.
+        fault: String,
+    },
+    /// A field has another size than the wet mask.
+    #[error("`{field}` is {width} × {height} cells, the wet mask is not")]
+    Size {
+        /// Name of the field.
+        field: &'static str,
+        /// Columns found.
+        width: usize,
+        /// Rows found.
+        height: usize,
+    },
+}
+
+impl WashState {
+    /// Dry paper of the given height with no pigment, ready for `pigments` of them.
+    pub fn dry(height: &Raster<f32>, pigments: usize) -> Self {
+        let mut state = Self::empty(Layout::new(height.width(), height.height()), pigments);
+        for y in 0..height.height() {
+            state.height.cells_mut(y).copy_from_slice(height.row(y));
+        }
+        state
+    }
+
+    /// All fields 0: not yet paper, but room for a state that is being read. Costs no memory until written.
+    pub fn empty(layout: Layout, pigments: usize) -> Self {
+        let field = || Field::<f32>::zeroed(layout);
+        Self {
+            wet_mask: Field::<u8>::zeroed(layout),
+            height: field(),
+            u: field(),
+            v: field(),
+            pressure: field(),
+            saturation: field(),
+            suspended: (0..pigments).map(|_| field()).collect(),
+            deposited: (0..pigments).map(|_| field()).collect(),
+        }
+    }
+
+    /// Where the cells lie.
+    pub fn layout(&self) -> Layout {
+        self.wet_mask.layout()
+    }
+
+    /// Sum of each pigment, suspended and deposited.
+    pub fn pigment_totals(&self) -> Vec<f64> {
+        self.suspended.iter().zip(&self.deposited).map(|(g, d)| total(g) + total(d)).collect()
+    }
+
+    /// Water in the pores, plus the pressure over wet paper, which is what water poured on becomes.
+    pub fn water_total(&self) -> f64 {
+        let over_wet: f64 = (0..self.layout().height())
+            .map(|y| {
+                let wet = self.wet_mask.cells(y).iter().zip(self.pressure.cells(y));
+                wet.filter(|(wet, _)| **wet != 0).map(|(_, &p)| f64::from(p)).sum::<f64>()
+            })
+            .sum();
+        total(&self.saturation) + over_wet
+    }
+
+    /// The largest |u| or |v|.
+    pub fn max_speed(&self) -> f32 {
+        let largest = |row: &[f32]| row.iter().fold(0, |m: i32, x| m.max(x.abs().to_bits() as i32));
+        let rows = self.layout().rows();
+        let bits = rows.map(|row| largest(self.u.row(row)).max(largest(self.v.row(row)))).max();
+        f32::from_bits(bits.unwrap_or(0) as u32)
+    }
+
+    /// Checks every value.
+    ///
+    /// # Errors
+    /// Fields differ in size; a value is not finite or not allowed.
+    pub fn check(&self) -> Result<(), StateError> {
+        let layout = self.layout();
+        let size = |field: &'static str, found: Layout| {
+            if found == layout {
+                Ok(())
+            } else {
+                Err(StateError::Size { field, width: found.width(), height: found.height() })
+            }
+        };
+        for y in 0..layout.height() {
+            if let Some(x) = self.wet_mask.cells(y).iter().position(|&m| m > 1) {
+                let value = f32::from(self.wet_mask.cells(y)[x]);
+                return Err(StateError::Value {
+                    field: "wet_mask",
+                    pigment: None,
+                    x,
+                    y,
+                    value,
+                    allowed: "0 or 1",
+                });
+            }
+        }
+        for (name, field, limits) in [
+            ("height", &self.height, Limits::UNIT),
+            ("u", &self.u, Limits::FINITE),
+            ("v", &self.v, Limits::FINITE),
+            ("pressure", &self.pressure, Limits::FINITE),
+            ("saturation", &self.saturation, Limits::AMOUNT),
+        ] {
+            size(name, field.layout())?;
+            limits.check(name, None, field)?;
+        }
+        for (name, fields) in [("suspended", &self.suspended), ("deposited", &self.deposited)] {
+            for (pigment, field) in fields.iter().enumerate() {
+                size(name, field.layout())?;
+                Limits::AMOUNT.check(name, Some(pigment), field)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn total(field: &Field<f32>) -> f64 {
+    // Row sums first: the order is fixed, and long sums lose less.
+    (0..field.layout().height()).map(|y| field.cells(y).iter().map(|&x| f64::from(x)).sum::<f64>()).sum()
+}
+
+/// What values a field allows.
+struct Limits {
+    least: f32,
+    most: f32,
+    allowed: &'static str,
+}
+
+impl Limits {
+    const FINITE: Self = Self { least: f32::MIN, most: f32::MAX, allowed: "a finite number" };
+    const AMOUNT: Self = Self { least: 0.0, most: f32::MAX, allowed: "a finite number, 0 or more" };
+    const UNIT: Self = Self { least: 0.0, most: 1.0, allowed: "from 0 to 1" };
+
+    fn check(
+        &self,
+        name: &'static str,
+        pigment: Option<usize>,
+        field: &Field<f32>,
+    ) -> Result<(), StateError> {
+        let layout = field.layout();
+        // One row and one column more than the canvas: faces. The border of other fields is 0, which all allow.
+        for y in 0..=layout.height() {
+            let row = &field.row(Layout::TOP + y)[Layout::LEFT..][..layout.width() + 1];
+            let inside = |value: f32| value >= self.least && value <= self.most;
+            if !row.iter().fold(true, |all, &value| all & inside(value)) {
+                let x = row.iter().position(|&value| !inside(value)).unwrap_or(0);
+                return Err(StateError::Value {
+                    field: name,
+                    pigment,
+                    x,
+                    y,
+                    value: row[x],
+                    allowed: self.allowed,
+                });
+            }
+        }
+        Ok(())
+    }
+}

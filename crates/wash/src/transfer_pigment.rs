@@ -1,0 +1,63 @@
+//! `TransferPigment`: pigment settles on the paper and is lifted off it again.
+
+use multiversion::multiversion;
+
+use crate::pigment::Exchange;
+use crate::region::Run;
+
+/// Exchanges pigment between the water and the paper of each wet cell of one row.
+///
+/// # Source
+/// Curtis et al. 1997, §4.5, `TransferPigment`.
+///
+/// # Shapes and units
+/// `suspended`, `deposited`: cells, amount of one pigment. `height`: cells, 0 < h < 1.
+///
+/// # Guarantees
+/// suspended + deposited is kept to rounding (`pigment_is_kept`); both stay ≥ 0; dry cells are untouched.
+///
+/// # Deviations
+/// None.
+pub fn transfer(
+    suspended: &mut [f32],
+    deposited: &mut [f32],
+    height: &[f32],
+    mask: &[u8],
+    exchange: Exchange,
+    run: Run,
+) {
+    if run.all_wet {
+        transfer_kernel::<true>(suspended, deposited, height, mask, exchange, run);
+    } else {
+        transfer_kernel::<false>(suspended, deposited, height, mask, exchange, run);
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn transfer_kernel<const ALL_WET: bool>(
+    suspended: &mut [f32],
+    deposited: &mut [f32],
+    height: &[f32],
+    mask: &[u8],
+    exchange: Exchange,
+    run: Run,
+) {
+    let Exchange { settling, lifting, granulation } = exchange;
+    let (first, n) = (run.first, run.len());
+    let (g, d) = (&mut suspended[first..][..n], &mut deposited[first..][..n]);
+    let (h, m) = (&height[first..][..n], &mask[first..][..n]);
+    for i in 0..n {
+        let down = g[i] * (1.0 - h[i] * granulation) * settling;
+        let up = d[i] * (1.0 + (h[i] - 1.0) * granulation) * lifting;
+        // Neither the water nor the paper takes more than 1.
+        let room = 1.0 - d[i];
+        let down = if d[i] + down > 1.0 { if room > 0.0 { room } else { 0.0 } } else { down };
+        let room = 1.0 - g[i];
+        let up = if g[i] + up > 1.0 { if room > 0.0 { room } else { 0.0 } } else { up };
+        let (settled, left) = (d[i] + (down - up), g[i] + (up - down));
+        let settled = if settled > 0.0 { settled } else { 0.0 };
+        let left = if left > 0.0 { left } else { 0.0 };
+        d[i] = if ALL_WET || m[i] != 0 { settled } else { d[i] };
+        g[i] = if ALL_WET || m[i] != 0 { left } else { g[i] };
+    }
+}
