@@ -1,17 +1,28 @@
 //! Girtin's document: what is painted, how it is simulated, what it looks like, and every file.
 //!
 //! In the order data flows:
-//! - [`wash_settings`]: the TOML of a single wash;
+//! - [`document`]: a sheet and glazes of events, as TOML; [`area`]: where something is done; [`wash_settings`]: the
+//!   TOML of a single wash;
+//! - [`gallery`]: the paper's figures as documents;
+//! - [`resolve`]: millimetres become cells, names become pigments;
+//! - [`paint`]: every glaze is simulated;
 //! - [`composite`]: pigment becomes color;
-//! - [`state_file`]: a wash's state as NumPy reads it;
-//! - [`picture`]: pictures in and out.
+//! - files: [`state_file`], a wash's state as NumPy reads it; [`map_file`]; [`picture`], pictures in and out.
 #![forbid(unsafe_code)]
 
+pub mod document;
+pub mod area;
 pub mod wash_settings;
-
+pub mod gallery;
+pub mod resolve;
+pub mod paint;
 pub mod composite;
 
 pub mod state_file;
+pub mod map_file;
 pub mod picture;
 
+pub use document::{Document, Stock};
+pub use paint::{PaintConfig, PaintError, Painted};
+pub use resolve::ResolveError;
 pub use wash_settings::{WashSettings, handling_of};

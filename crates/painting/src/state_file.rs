@@ -23,7 +23,7 @@
 //! Here nothing is reserved that the packed data could not fill, and memory is touched only where values are not 0.
 
 mod error;
-mod npy;
+pub(crate) mod npy;
 mod read;
 #[cfg(test)]
 mod tests;

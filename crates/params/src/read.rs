@@ -250,6 +250,18 @@ impl<'a> Table<'a> {
         Ok(Some(numbers))
     }
 
+    /// A list of numbers within `range`, if the key is there.
+    ///
+    /// # Errors
+    /// The value is not a list of numbers, or one is outside the range.
+    pub fn real_list(&self, key: &str, range: RangeInclusive<f64>) -> Result<Option<Vec<f64>>, Fault> {
+        let Some(value) = self.ask(key) else { return Ok(None) };
+        let DeValue::Array(items) = value.get_ref() else {
+            return Err(self.wrong(key, "a list of numbers", value.get_ref()));
+        };
+        items.iter().map(|item| self.number(key, item.get_ref(), &range)).collect::<Result<_, _>>().map(Some)
+    }
+
     /// A list of points `[x, y]`, if the key is there.
     ///
     /// # Errors

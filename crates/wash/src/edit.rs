@@ -60,18 +60,23 @@ impl Wash {
         });
     }
 
-    /// Adds suspended pigment to the water on wet paper.
+    /// Adds suspended pigment to the water on wet paper; returns how much in all.
     ///
     /// # Panics
     /// There is no such pigment.
-    pub fn add_pigment(&mut self, pigment: usize, patch: Patch<'_>) {
+    pub fn add_pigment(&mut self, pigment: usize, patch: Patch<'_>) -> f64 {
         let (width, height) = self.size();
         let (mask, suspended) = (&self.state.wet_mask, &mut self.state.suspended[pigment]);
+        let mut added = 0.0;
         patch.each(width, height, |x, y, amount| {
             if amount > 0.0 && mask.cells(y)[x] != 0 {
-                suspended.cells_mut(y)[x] += amount;
+                let cell = &mut suspended.cells_mut(y)[x];
+                let before = *cell;
+                *cell += amount;
+                added += f64::from(*cell) - f64::from(before);
             }
         });
+        added
     }
 
     /// Lifts a fraction of each pigment, from the water and off the paper; returns how much of each.

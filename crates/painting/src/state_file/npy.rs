@@ -3,7 +3,7 @@
 use std::io::{self, Read};
 
 /// What every array begins with.
-pub(super) const MAGIC: &[u8; 6] = b"\x93NUMPY";
+pub(crate) const MAGIC: &[u8; 6] = b"\x93NUMPY";
 
 /// Longest text of a header that is read, bytes. NumPy's own for plain arrays have about 120.
 const MAX_TEXT: usize = 64 << 10;
@@ -13,7 +13,7 @@ const MAX_AXES: usize = 32;
 
 /// The header of an array.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Header {
+pub(crate) struct Header {
     /// NumPy's code of the type, such as `<f4`; `None` if the type is a structure, whose shape is not read then.
     pub descr: Option<String>,
     /// Whether the first axis runs fastest.
@@ -26,7 +26,7 @@ pub(super) struct Header {
 
 /// Why there is no header.
 #[derive(Debug)]
-pub(super) enum HeaderFault {
+pub(crate) enum HeaderFault {
     Read(io::Error),
     Malformed(String),
 }
@@ -42,7 +42,7 @@ fn malformed<T>(why: impl Into<String>) -> Result<T, HeaderFault> {
 }
 
 /// Reads a header of version 1, 2 or 3 up to the first value.
-pub(super) fn read_header(reader: &mut impl Read) -> Result<Header, HeaderFault> {
+pub(crate) fn read_header(reader: &mut impl Read) -> Result<Header, HeaderFault> {
     let mut start = [0; 8];
     reader.read_exact(&mut start)?;
     if &start[..6] != MAGIC {
@@ -195,7 +195,7 @@ fn is_plain(byte: u8) -> bool {
 }
 
 /// The header of an array in C order, version 1, padded so that the values begin at a multiple of 64 bytes.
-pub(super) fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
+pub(crate) fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
     /// Magic, version and length.
     const BEFORE: usize = 10;
     let axes: String = shape.iter().map(|axis| format!("{axis}, ")).collect();
@@ -213,7 +213,7 @@ pub(super) fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
 }
 
 /// NumPy's name of a type, from its code.
-pub(super) fn type_name(descr: &str) -> String {
+pub(crate) fn type_name(descr: &str) -> String {
     let code = descr.trim_start_matches(['<', '>', '|', '=']);
     let size = code.get(1..).and_then(|size| size.parse::<u32>().ok()).filter(|&size| size <= 64);
     match (code.as_bytes().first(), size) {

@@ -1,0 +1,364 @@
+//! The document: a sheet, and glazes as logs of what the painter did.
+//!
+//! Lengths are millimetres of paper; nothing here knows a cell. The same TOML holds the gallery's recipes and anybody's
+//! own paintings:
+//!
+//! ```
+//! use girtin_painting::{Document, Stock};
+//!
+//! let text = r#"
+//! format = 1
+//! title = "A disc"
+//! [sheet]
+//! size = [30, 20]
+//! paper = "cold-press"
+//! [[glaze]]
+//! pigments = ["cerulean-blue"]
+//! [[glaze.events]]
+//! do = "wet"
+//! area = { shape = "disc", center = [15, 10], radius = 8 }
+//! [[glaze.events]]
+//! do = "water"
+//! amount = 0.6
+//! [[glaze.events]]
+//! do = "pigment"
+//! amounts = [0.4]
+//! [[glaze.events]]
+//! do = "run"
+//! steps = 60
+//! "#;
+//! let document = Document::from_toml("disc.toml", text, &Stock::builtin())?;
+//! assert_eq!(document.glazes[0].steps(), 60);
+//! # Ok::<(), girtin_params::Problem>(())
+//! ```
+
+use girtin_optics::{Library, LinearRgb, Srgb};
+use girtin_paper::Papers;
+use girtin_params::read::Fault;
+use girtin_params::{Problem, Table, parse};
+use girtin_wash::WashModel;
+
+use crate::area::Area;
+use crate::wash_settings::read_model;
+
+/// Version of the format that this library writes about and reads.
+pub const FORMAT: u32 = 1;
+
+/// Longest side of a sheet, millimetres: the largest watercolor sheet made is about 1.5 m.
+const MAX_SIDE_MM: f64 = 2000.0;
+/// Most steps of one event.
+const MAX_STEPS: u32 = 1_000_000;
+
+/// The pigments and papers that a document may name.
+#[derive(Clone, Debug)]
+pub struct Stock {
+    /// Pigments.
+    pub pigments: Library,
+    /// Papers.
+    pub papers: Papers,
+}
+
+impl Stock {
+    /// What Girtin comes with.
+    pub fn builtin() -> Self {
+        Self { pigments: Library::builtin(), papers: Papers::builtin() }
+    }
+}
+
+/// A painting as it was made.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Document {
+    /// Title.
+    pub title: String,
+    /// What is painted on.
+    pub sheet: SheetSettings,
+    /// Glazes from the paper up.
+    pub glazes: Vec<Glaze>,
+}
+
+/// What is painted on, and how finely it is simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SheetSettings {
+    /// Width and height, mm.
+    pub size_mm: [f64; 2],
+    /// Name of the paper.
+    pub paper: String,
+    /// Seed of the paper's grain and of ragged edges.
+    pub seed: u64,
+    /// Color of the bare sheet.
+    pub ground: LinearRgb,
+    /// Pixels of the picture a millimetre.
+    pub pixels_per_mm: f64,
+    /// Cells along each side of a pixel; the picture is their mean, so that edges are smooth.
+    pub cells_per_pixel: u32,
+}
+
+/// One wash with its pigments, dried before the next.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Glaze {
+    /// Name; may be empty.
+    pub name: String,
+    /// Ids of the pigments.
+    pub pigments: Vec<String>,
+    /// Physics.
+    pub model: WashModel,
+    /// What was done, in order.
+    pub events: Vec<Event>,
+}
+
+/// One thing a painter does, or lets happen.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// Wets the paper.
+    Wet {
+        /// Where.
+        area: Area,
+    },
+    /// Adds water where the paper is wet.
+    Water {
+        /// Where.
+        area: Area,
+        /// How much.
+        amount: f64,
+    },
+    /// Adds pigment where the paper is wet.
+    Pigment {
+        /// Where.
+        area: Area,
+        /// How much of each of the glaze's pigments.
+        amounts: Vec<f64>,
+    },
+    /// Lets the water run.
+    Run {
+        /// For how many steps.
+        steps: u32,
+        /// Water added before every step.
+        feed: Option<(f64, Area)>,
+    },
+    /// Lifts pigment.
+    Lift {
+        /// Where.
+        area: Area,
+        /// How much of what is there, 0 to 1.
+        fraction: f64,
+    },
+    /// Lets the wash dry.
+    Dry {
+        /// Water left in the pores where it was wet: at height 0, and more per height.
+        damp: [f64; 2],
+    },
+}
+
+impl Glaze {
+    /// Steps of all its runs.
+    pub fn steps(&self) -> u64 {
+        let steps = self.events.iter().map(|event| match event {
+            Event::Run { steps, .. } => u64::from(*steps),
+            _ => 0,
+        });
+        steps.sum()
+    }
+}
+
+impl Document {
+    /// Reads a document; names are looked up in `stock`.
+    ///
+    /// # Errors
+    /// The text is not TOML, a key or name is unknown, or a value not allowed.
+    pub fn from_toml(origin: &str, text: &str, stock: &Stock) -> Result<Self, Problem> {
+        parse(origin, text, |table| read_document(table, stock))
+    }
+
+    /// Steps of all glazes.
+    pub fn steps(&self) -> u64 {
+        self.glazes.iter().map(Glaze::steps).sum()
+    }
+
+    /// The same document with its picture's long edge as long as this, pixels.
+    #[must_use]
+    pub fn with_long_edge(mut self, pixels: u32) -> Self {
+        let [width, height] = self.sheet.size_mm;
+        self.sheet.pixels_per_mm = f64::from(pixels) / width.max(height);
+        self
+    }
+}
+
+fn read_document(table: &Table<'_>, stock: &Stock) -> Result<Document, Fault> {
+    match table.count("format", 0..=u32::MAX)? {
+        Some(FORMAT) => {}
+        Some(other) => {
+            let hint = format!("this Girtin reads format {FORMAT}; a newer one may read this file");
+            return Err(table.fault("format", format!("format {other} is not known")).hint(hint));
+        }
+        None => {
+            let hint = format!("begin the file with `format = {FORMAT}`");
+            return Err(table.fault("format", "the file lacks `format`").hint(hint));
+        }
+    }
+    let sheet = table.table("sheet", |sheet| read_sheet(sheet, stock))?;
+    let sheet = sheet.ok_or_else(|| {
+        table.fault("sheet", "the file lacks `[sheet]`").hint("add it with `size = [width, height]` in mm")
+    })?;
+    Ok(Document {
+        title: table.text("title")?.unwrap_or_default(),
+        sheet,
+        glazes: table.tables("glaze", |glaze| read_glaze(glaze, stock))?.unwrap_or_default(),
+    })
+}
+
+fn read_sheet(table: &Table<'_>, stock: &Stock) -> Result<SheetSettings, Fault> {
+    let size_mm = table.reals::<2>("size", 0.1..=MAX_SIDE_MM)?;
+    let size_mm = size_mm.ok_or_else(|| {
+        table.fault("size", "`sheet` lacks `size`").hint("add `size = [width, height]` in mm")
+    })?;
+    let paper = table.text("paper")?.unwrap_or_else(|| "cold-press".to_owned());
+    let known = stock.papers.get(&paper);
+    let paper = known.map_err(|error| table.fault("paper", error.to_string()).hint(error.hint.clone()))?;
+    let ground = match table.text("ground")? {
+        None => LinearRgb::WHITE,
+        Some(text) => {
+            let color: Result<Srgb, _> = text.parse();
+            let wrong = |_| table.fault("ground", format!("`{text}` is no color")).hint("write `#rrggbb`");
+            color.map_err(wrong)?.to_linear()
+        }
+    };
+    Ok(SheetSettings {
+        size_mm,
+        paper: paper.id.clone(),
+        seed: table.count("seed", 0..=u32::MAX)?.map_or(0, u64::from),
+        ground,
+        pixels_per_mm: table.real("pixels_per_mm", 0.01..=100.0)?.unwrap_or(4.0),
+        cells_per_pixel: table.count("cells_per_pixel", 1..=8)?.unwrap_or(1),
+    })
+}
+
+fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {
+    let mut pigments = Vec::new();
+    for name in table.texts("pigments")?.unwrap_or_default() {
+        match stock.pigments.get(&name) {
+            Ok(pigment) => pigments.push(pigment.id.clone()),
+            Err(error) => return Err(table.fault("pigments", error.to_string()).hint(error.hint())),
+        }
+    }
+    let events = table.tables("events", |event| read_event(event, pigments.len()))?.unwrap_or_default();
+    Ok(Glaze {
+        name: table.text("name")?.unwrap_or_default(),
+        model: table.table("wash", read_model)?.unwrap_or_default(),
+        events,
+        pigments,
+    })
+}
+
+#[derive(Clone, Copy)]
+enum Deed {
+    Wet,
+    Water,
+    Pigment,
+    Run,
+    Lift,
+    Dry,
+}
+
+fn read_event(table: &Table<'_>, pigments: usize) -> Result<Event, Fault> {
+    let deeds = [
+        ("wet", Deed::Wet),
+        ("water", Deed::Water),
+        ("pigment", Deed::Pigment),
+        ("run", Deed::Run),
+        ("lift", Deed::Lift),
+        ("dry", Deed::Dry),
+    ];
+    let deed = table.word("do", &deeds)?.ok_or_else(|| {
+        table.fault("do", "an event lacks `do`").hint("it is one of wet, water, pigment, run, lift, dry")
+    })?;
+    let area = || Ok(table.table("area", Area::read)?.unwrap_or_default());
+    match deed {
+        Deed::Wet => Ok(Event::Wet { area: area()? }),
+        Deed::Water => Ok(Event::Water { area: area()?, amount: table.need_real("amount", -100.0..=100.0)? }),
+        Deed::Lift => Ok(Event::Lift { area: area()?, fraction: table.need_real("fraction", 0.0..=1.0)? }),
+        Deed::Pigment => {
+            let amounts = table.real_list("amounts", 0.0..=100.0)?.unwrap_or_default();
+            if amounts.len() == pigments {
+                Ok(Event::Pigment { area: area()?, amounts })
+            } else {
+                let message = format!("`amounts` has {} numbers for {pigments} pigments", amounts.len());
+                Err(table.fault("amounts", message).hint("give one amount for each of the glaze's pigments"))
+            }
+        }
+        Deed::Run => {
+            let steps = table.count("steps", 0..=MAX_STEPS)?;
+            let steps = steps.ok_or_else(|| {
+                table.fault("steps", "`run` lacks `steps`").hint("add `steps`, a whole number")
+            })?;
+            let feed = table.table("feed", |feed| {
+                let area = feed.table("area", Area::read)?.unwrap_or_default();
+                Ok((feed.need_real("amount", -100.0..=100.0)?, area))
+            })?;
+            Ok(Event::Run { steps, feed })
+        }
+        Deed::Dry => Ok(Event::Dry { damp: table.reals::<2>("damp", -2.0..=2.0)?.unwrap_or([0.0, 0.0]) }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn read(text: &str) -> Result<Document, Problem> {
+        Document::from_toml("test.toml", text, &Stock::builtin())
+    }
+
+    const SHEET: &str = "format = 1\n[sheet]\nsize = [30, 20]\n";
+
+    #[test]
+    fn names_become_ids_and_unknown_ones_get_the_nearest() {
+        let glaze = |pigment: &str| read(&format!("{SHEET}[[glaze]]\npigments = ['{pigment}']\n"));
+        assert_eq!(glaze("French Ultramarine").unwrap().glazes[0].pigments, ["french-ultramarine"]);
+        let problem = glaze("french-ultramarin").unwrap_err();
+        assert_eq!(problem.line, 5);
+        assert!(problem.hint.unwrap().contains("french-ultramarine"));
+        let problem = read("format = 1\n[sheet]\nsize = [3, 2]\npaper = 'cold-pres'\n").unwrap_err();
+        assert!(problem.hint.unwrap().contains("cold-press"));
+    }
+
+    #[test]
+    fn what_a_file_lacks_is_said() {
+        for (text, message) in [
+            ("", "the file lacks `format`"),
+            ("format = 2", "format 2 is not known"),
+            ("format = 1", "the file lacks `[sheet]`"),
+            ("format = 1\n[sheet]", "`sheet` lacks `size`"),
+            (&format!("{SHEET}[[glaze]]\n[[glaze.events]]\n"), "an event lacks `do`"),
+            (&format!("{SHEET}[[glaze]]\n[[glaze.events]]\ndo = 'run'\n"), "`run` lacks `steps`"),
+            (
+                &format!(
+                    "{SHEET}[[glaze]]\npigments = ['PB60']\n[[glaze.events]]\ndo = 'pigment'\namounts = []\n"
+                ),
+                "`amounts` has 0 numbers for 1 pigments",
+            ),
+        ] {
+            assert_eq!(read(text).unwrap_err().message, message);
+        }
+    }
+
+    #[test]
+    fn keys_of_another_event_are_unknown() {
+        let text = format!("{SHEET}[[glaze]]\n[[glaze.events]]\ndo = 'dry'\nsteps = 3\n");
+        assert_eq!(read(&text).unwrap_err().message, "unknown key `glaze[1].events[1].steps`");
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_makes_the_reader_panic(text in "\\PC{0,200}") {
+            let _ = read(&text);
+        }
+
+        #[test]
+        fn no_document_of_known_words_makes_the_reader_panic(
+            body in "((do|area|steps|size|amounts|damp|pigments|\\[sheet\\]|\\[\\[glaze\\]\\]|\\[\\[glaze.events\\]\\]) ?=? ?(-?[0-9e.]{0,5}|'(wet|run|disc|stroke)'|\\[[0-9.,]*\\]|\\{ shape = '[a-z]{0,6}', radius = -?[0-9]{0,3} \\})\n){0,8}"
+        ) {
+            let _ = read(&format!("{SHEET}{body}"));
+        }
+    }
+}

@@ -1,0 +1,181 @@
+//! Before anything runs: millimetres become cells, names become pigments, areas become amounts.
+
+use std::io;
+
+use girtin_grid::Raster;
+use girtin_optics::Coefficients;
+use girtin_paper::{HeightSource, Sheet};
+use girtin_wash::{PigmentHandling, WashModel};
+
+use crate::area::{Area, Canvas, Coverage, Shape};
+use crate::document::{Document, Event, Stock};
+use crate::map_file::{self, MapError};
+use crate::picture::PictureLimits;
+use crate::wash_settings::handling_of;
+
+/// Most cells of a canvas.
+pub const MAX_CELLS: u64 = 1 << 28;
+
+/// A document as the simulator needs it.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    /// Paper height in every cell.
+    pub height: Raster<f32>,
+    /// Cells a millimetre.
+    pub cells_per_mm: f64,
+    /// Glazes from the paper up.
+    pub glazes: Vec<PlannedGlaze>,
+}
+
+/// A glaze as the simulator needs it.
+#[derive(Clone, Debug)]
+pub struct PlannedGlaze {
+    /// Optics of the pigments.
+    pub paints: Vec<Coefficients>,
+    /// Handling of the pigments.
+    pub handlings: Vec<PigmentHandling>,
+    /// Physics.
+    pub model: WashModel,
+    /// What happens, in order.
+    pub deeds: Vec<Deed>,
+}
+
+/// An event on cells.
+#[derive(Clone, Debug)]
+pub enum Deed {
+    /// Wets cells whose amount is above 0.
+    Wet(Coverage),
+    /// Adds water.
+    Water(Coverage),
+    /// Adds amounts of each pigment where covered.
+    Pigment(Coverage, Vec<f64>),
+    /// Runs, with water added before every step.
+    Run(u32, Option<Coverage>),
+    /// Lifts a fraction.
+    Lift(Coverage),
+    /// Dries; water stays in the pores where it was wet.
+    Dry([f64; 2]),
+}
+
+/// Why a document cannot be resolved.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ResolveError {
+    /// The sheet has too many cells.
+    #[error("the sheet is {width} × {height} cells; {MAX_CELLS} in all at most are simulated")]
+    TooLarge {
+        /// Columns.
+        width: f64,
+        /// Rows.
+        height: f64,
+    },
+    /// A name that the stock does not have.
+    #[error("{0}")]
+    Unknown(String),
+    /// A map's file cannot be opened.
+    #[error("map `{file}`: {source}")]
+    Open {
+        /// Its name.
+        file: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// A map cannot be read.
+    #[error("map `{file}`: {source}")]
+    Map {
+        /// Its name.
+        file: String,
+        /// Why.
+        source: MapError,
+    },
+}
+
+impl Document {
+    /// Columns and rows of the picture, pixels.
+    pub fn picture_size(&self) -> [f64; 2] {
+        self.sheet.size_mm.map(|mm| (mm * self.sheet.pixels_per_mm).round().max(1.0))
+    }
+
+    /// Makes a plan; `open` gives the bytes of a map's file.
+    ///
+    /// # Errors
+    /// The sheet is too large, or a map cannot be read.
+    pub fn resolve(
+        &self,
+        stock: &Stock,
+        open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Plan, ResolveError> {
+        let sheet = &self.sheet;
+        let cells = self.picture_size().map(|pixels| pixels * f64::from(sheet.cells_per_pixel));
+        if cells[0] * cells[1] > MAX_CELLS as f64 {
+            return Err(ResolveError::TooLarge { width: cells[0], height: cells[1] });
+        }
+        let [width, height] = cells.map(|cells| cells as usize);
+        let paper =
+            stock.papers.get(&sheet.paper).map_err(|error| ResolveError::Unknown(error.to_string()))?;
+        let cells_per_mm = sheet.pixels_per_mm * f64::from(sheet.cells_per_pixel);
+        let height = Sheet::new(paper, sheet.seed).height_field(width, height, cells_per_mm, [0.0, 0.0]);
+        let canvas = Canvas { height: &height, cells_per_mm, seed: sheet.seed };
+        let glazes = self.glazes.iter().map(|glaze| {
+            let pigments = glaze.pigments.iter().map(|name| stock.pigments.get(name));
+            let pigments: Vec<_> = pigments
+                .collect::<Result<_, _>>()
+                .map_err(|error| ResolveError::Unknown(error.to_string()))?;
+            Ok(PlannedGlaze {
+                paints: pigments.iter().map(|pigment| pigment.coefficients).collect(),
+                handlings: pigments.iter().map(|pigment| handling_of(pigment)).collect(),
+                model: glaze.model,
+                deeds: glaze
+                    .events
+                    .iter()
+                    .map(|event| event.resolve(&canvas, open))
+                    .collect::<Result<_, _>>()?,
+            })
+        });
+        let glazes = glazes.collect::<Result<_, ResolveError>>()?;
+        Ok(Plan { height, cells_per_mm, glazes })
+    }
+}
+
+impl Event {
+    fn resolve(
+        &self,
+        canvas: &Canvas<'_>,
+        open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Deed, ResolveError> {
+        let cover = |area: &Area| -> Result<Coverage, ResolveError> {
+            let map = match &area.shape {
+                Shape::Map { file } => Some(load(file, open)?),
+                _ => None,
+            };
+            Ok(area.cover(canvas, map.as_ref()))
+        };
+        let scaled = |area: &Area, by: f64| -> Result<Coverage, ResolveError> {
+            let mut coverage = cover(area)?;
+            coverage.amount.as_mut_slice().iter_mut().for_each(|amount| *amount *= by as f32);
+            Ok(coverage)
+        };
+        Ok(match self {
+            Self::Wet { area } => {
+                let mut coverage = cover(area)?;
+                let wet = |amount: &mut f32| *amount = f32::from(u8::from(*amount >= 0.5));
+                coverage.amount.as_mut_slice().iter_mut().for_each(wet);
+                Deed::Wet(coverage)
+            }
+            Self::Water { area, amount } => Deed::Water(scaled(area, *amount)?),
+            Self::Pigment { area, amounts } => Deed::Pigment(cover(area)?, amounts.clone()),
+            Self::Run { steps, feed } => {
+                let feed = feed.as_ref().map(|(amount, area)| scaled(area, *amount)).transpose()?;
+                Deed::Run(*steps, feed)
+            }
+            Self::Lift { area, fraction } => Deed::Lift(scaled(area, *fraction)?),
+            Self::Dry { damp } => Deed::Dry(*damp),
+        })
+    }
+}
+
+fn load(file: &str, open: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Raster<f32>, ResolveError> {
+    let bytes = open(file).map_err(|source| ResolveError::Open { file: file.to_owned(), source })?;
+    map_file::read(&bytes, &PictureLimits::default())
+        .map_err(|source| ResolveError::Map { file: file.to_owned(), source })
+}
