@@ -19,8 +19,10 @@ pub struct Area {
     pub ragged_mm: f64,
     /// Length of a stray of the edge, mm.
     pub ragged_scale_mm: f64,
-    /// Only where the paper is higher: drybrush.
-    pub above_height: f64,
+    /// Only where the paper is higher, at the beginning and at the end of a stroke: drybrush.
+    pub above_height: [f64; 2],
+    /// How far that height differs from bristle to bristle of a stroke.
+    pub bristles: f64,
 }
 
 impl Default for Area {
@@ -30,7 +32,8 @@ impl Default for Area {
             soft_mm: 0.0,
             ragged_mm: 0.0,
             ragged_scale_mm: 4.0,
-            above_height: 0.0,
+            above_height: [0.0; 2],
+            bristles: 0.0,
         }
     }
 }
@@ -128,7 +131,8 @@ impl Area {
             soft_mm: table.real("soft", length.clone())?.unwrap_or(0.0),
             ragged_mm: table.real("ragged", length)?.unwrap_or(0.0),
             ragged_scale_mm: table.real("ragged_scale", 0.01..=MAX_MM)?.unwrap_or(4.0),
-            above_height: table.real("above_height", 0.0..=1.0)?.unwrap_or(0.0),
+            above_height: table.reals("above_height", 0.0..=1.0)?.unwrap_or([0.0; 2]),
+            bristles: table.real("bristles", 0.0..=1.0)?.unwrap_or(0.0),
         })
     }
 }
@@ -156,6 +160,10 @@ pub struct Coverage {
 }
 
 impl Area {
+    fn is_dry(&self) -> bool {
+        self.bristles > 0.0 || self.above_height != [0.0; 2]
+    }
+
     /// Lays the area on a canvas; `map` is the raster of [`Shape::Map`].
     ///
     /// Two areas on one canvas stray alike, so that the water and the pigment of one stroke have the same edge.
@@ -169,12 +177,23 @@ impl Area {
         let (x0, x1) = (cell(low[0], width).floor() as usize, cell(high[0], width).ceil() as usize);
         let (y0, y1) = (cell(low[1], height).floor() as usize, cell(high[1], height).ceil() as usize);
         let noise = Noise::new(canvas.seed, random::stage("ragged edge"));
+        let bristles = Noise::new(canvas.seed, random::stage("bristles"));
         let amount = Raster::from_fn(x1 - x0, y1 - y0, |x, y| {
             let (x, y) = (x0 + x, y0 + y);
-            if f64::from(canvas.height.at(x, y)) < self.above_height {
-                return 0.0;
-            }
             let at = [(x as f64 + 0.5) / canvas.cells_per_mm, (y as f64 + 0.5) / canvas.cells_per_mm];
+            if self.is_dry() {
+                let [along, across] = self.shape.along_and_across(at);
+                let [begin, end] = self.above_height;
+                let mut least = begin + along * (end - begin);
+                if self.bristles > 0.0 {
+                    // A bristle is a quarter millimetre wide and loses its color within a twentieth of the stroke.
+                    least += self.bristles
+                        * bristles.fbm([along * 20.0, across * 4.0], Fractal { octaves: 2, gain: 0.7 });
+                }
+                if f64::from(canvas.height.at(x, y)) < least {
+                    return 0.0;
+                }
+            }
             if let (Shape::Map { .. }, Some(map)) = (&self.shape, map) {
                 let (u, v) = ((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
                 return map.sample(u * map.width() as f32, v * map.height() as f32).clamp(0.0, 1.0);
@@ -213,6 +232,26 @@ impl Shape {
             Self::Polygon { points } => Some(around(points, 0.0)),
             Self::Stroke { points, width } => Some(around(points, width[0].max(width[1]) / 2.0)),
         }
+    }
+
+    /// Where a point lies in a stroke: part of its length, 0 to 1, and mm to the side; for other shapes 0 and the row.
+    fn along_and_across(&self, [x, y]: [f64; 2]) -> [f64; 2] {
+        let Self::Stroke { points, .. } = self else { return [0.0, y] };
+        let length = |p: &[[f64; 2]]| libm::hypot(p[1][0] - p[0][0], p[1][1] - p[0][1]);
+        let whole: f64 = points.windows(2).map(length).sum();
+        let (mut before, mut nearest, mut place) = (0.0, f64::INFINITY, [0.0, 0.0]);
+        for segment in points.windows(2) {
+            let (distance, part) = to_segment([x, y], segment[0], segment[1]);
+            if distance < nearest {
+                nearest = distance;
+                let [[x0, y0], [x1, y1]] = [segment[0], segment[1]];
+                let side = (x1 - x0) * (y - y0) - (y1 - y0) * (x - x0);
+                let along = (before + part * length(segment)) / whole.max(f64::MIN_POSITIVE);
+                place = [along, distance.copysign(side)];
+            }
+            before += length(segment);
+        }
+        place
     }
 
     /// Distance from the shape's edge, mm, negative inside.
@@ -314,7 +353,7 @@ mod tests {
 
     #[test]
     fn drybrush_touches_only_high_paper() {
-        assert_eq!(covered(&Area { above_height: 0.5, ..Area::default() }), 250.0);
+        assert_eq!(covered(&Area { above_height: [0.5; 2], ..Area::default() }), 250.0);
     }
 
     #[test]

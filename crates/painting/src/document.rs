@@ -87,6 +87,8 @@ pub struct SheetSettings {
     pub seed: u64,
     /// Color of the bare sheet.
     pub ground: LinearRgb,
+    /// What is printed on it, in order.
+    pub printed: Vec<(LinearRgb, Area)>,
     /// Pixels of the picture a millimetre.
     pub pixels_per_mm: f64,
     /// Cells along each side of a pixel; the picture is their mean, so that edges are smooth.
@@ -214,22 +216,26 @@ fn read_sheet(table: &Table<'_>, stock: &Stock) -> Result<SheetSettings, Fault> 
     let paper = table.text("paper")?.unwrap_or_else(|| "cold-press".to_owned());
     let known = stock.papers.get(&paper);
     let paper = known.map_err(|error| table.fault("paper", error.to_string()).hint(error.hint.clone()))?;
-    let ground = match table.text("ground")? {
-        None => LinearRgb::WHITE,
-        Some(text) => {
-            let color: Result<Srgb, _> = text.parse();
-            let wrong = |_| table.fault("ground", format!("`{text}` is no color")).hint("write `#rrggbb`");
-            color.map_err(wrong)?.to_linear()
-        }
-    };
+    let printed = table.tables("printed", |print| {
+        let area = print.table("area", Area::read)?.unwrap_or_default();
+        Ok((read_color(print, "color")?.unwrap_or(LinearRgb::BLACK), area))
+    })?;
     Ok(SheetSettings {
         size_mm,
         paper: paper.id.clone(),
         seed: table.count("seed", 0..=u32::MAX)?.map_or(0, u64::from),
-        ground,
+        ground: read_color(table, "ground")?.unwrap_or(LinearRgb::WHITE),
+        printed: printed.unwrap_or_default(),
         pixels_per_mm: table.real("pixels_per_mm", 0.01..=100.0)?.unwrap_or(4.0),
         cells_per_pixel: table.count("cells_per_pixel", 1..=8)?.unwrap_or(1),
     })
+}
+
+fn read_color(table: &Table<'_>, key: &str) -> Result<Option<LinearRgb>, Fault> {
+    let Some(text) = table.text(key)? else { return Ok(None) };
+    let color: Result<Srgb, _> = text.parse();
+    let wrong = |_| table.fault(key, format!("`{text}` is no color")).hint("write `#rrggbb`");
+    Ok(Some(color.map_err(wrong)?.to_linear()))
 }
 
 fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {

@@ -100,8 +100,7 @@ impl Document {
         config: &PaintConfig<'_>,
     ) -> Result<Painted, PaintError> {
         let plan = self.resolve(stock, open)?;
-        let (width, height) = (plan.height.width(), plan.height.height());
-        let mut picture = Raster::new(width, height, self.sheet.ground);
+        let mut picture = plan.ground.clone();
         let mut glazes = Vec::new();
         let mut done = 0;
         for (index, (glaze, planned)) in self.glazes.iter().zip(&plan.glazes).enumerate() {

@@ -3,7 +3,7 @@
 use std::io;
 
 use girtin_grid::Raster;
-use girtin_optics::Coefficients;
+use girtin_optics::{Coefficients, LinearRgb};
 use girtin_paper::{HeightSource, Sheet};
 use girtin_wash::{PigmentHandling, WashModel};
 
@@ -23,6 +23,8 @@ pub struct Plan {
     pub height: Raster<f32>,
     /// Cells a millimetre.
     pub cells_per_mm: f64,
+    /// The sheet before anything is painted.
+    pub ground: Raster<LinearRgb>,
     /// Glazes from the paper up.
     pub glazes: Vec<PlannedGlaze>,
 }
@@ -133,7 +135,11 @@ impl Document {
             })
         });
         let glazes = glazes.collect::<Result<_, ResolveError>>()?;
-        Ok(Plan { height, cells_per_mm, glazes })
+        let mut ground = Raster::new(width, height.height(), sheet.ground);
+        for (color, area) in &sheet.printed {
+            print(&mut ground, *color, &cover(area, &canvas, open)?);
+        }
+        Ok(Plan { cells_per_mm, ground, glazes, height })
     }
 }
 
@@ -143,13 +149,7 @@ impl Event {
         canvas: &Canvas<'_>,
         open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
     ) -> Result<Deed, ResolveError> {
-        let cover = |area: &Area| -> Result<Coverage, ResolveError> {
-            let map = match &area.shape {
-                Shape::Map { file } => Some(load(file, open)?),
-                _ => None,
-            };
-            Ok(area.cover(canvas, map.as_ref()))
-        };
+        let cover = |area: &Area| cover(area, canvas, open);
         let scaled = |area: &Area, by: f64| -> Result<Coverage, ResolveError> {
             let mut coverage = cover(area)?;
             coverage.amount.as_mut_slice().iter_mut().for_each(|amount| *amount *= by as f32);
@@ -171,6 +171,29 @@ impl Event {
             Self::Lift { area, fraction } => Deed::Lift(scaled(area, *fraction)?),
             Self::Dry { damp } => Deed::Dry(*damp),
         })
+    }
+}
+
+fn cover(
+    area: &Area,
+    canvas: &Canvas<'_>,
+    open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+) -> Result<Coverage, ResolveError> {
+    let map = match &area.shape {
+        Shape::Map { file } => Some(load(file, open)?),
+        _ => None,
+    };
+    Ok(area.cover(canvas, map.as_ref()))
+}
+
+/// Covers the ground with opaque color.
+fn print(ground: &mut Raster<LinearRgb>, color: LinearRgb, coverage: &Coverage) {
+    for y in 0..coverage.amount.height() {
+        let cells = &mut ground.row_mut(coverage.y + y)[coverage.x..];
+        for (cell, &covered) in cells.iter_mut().zip(coverage.amount.row(y)) {
+            let below = cell.0;
+            *cell = LinearRgb([0, 1, 2].map(|c| below[c] + f64::from(covered) * (color.0[c] - below[c])));
+        }
     }
 }
 
