@@ -1,0 +1,137 @@
+//! The house stands as ARCHITECTURE.md says: arrows point down only, and heavy things stay out of the lower rooms.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::Command;
+
+/// What each crate may depend on among Girtin's own, from the ground up.
+const HOUSE: [(&str, &[&str]); 8] = [
+    ("girtin-grid", &[]),
+    ("girtin-params", &[]),
+    ("girtin-optics", &["girtin-grid", "girtin-params"]),
+    ("girtin-paper", &["girtin-grid", "girtin-params"]),
+    ("girtin-wash", &["girtin-grid", "girtin-params"]),
+    ("girtin-painting", &["girtin-grid", "girtin-params", "girtin-optics", "girtin-paper", "girtin-wash"]),
+    (
+        "girtin",
+        &["girtin-grid", "girtin-params", "girtin-optics", "girtin-paper", "girtin-wash", "girtin-painting"],
+    ),
+    ("girtin-cli", &["girtin"]),
+];
+
+/// Crates that may read and write files, and so know codecs.
+const MAY_KNOW_FILES: [&str; 3] = ["girtin-painting", "girtin", "girtin-cli"];
+
+/// Codecs, servers, graphics drivers and command lines, which the lower rooms must not know.
+const HEAVY: [&str; 14] = [
+    "image",
+    "png",
+    "zip",
+    "exr",
+    "tiff",
+    "gltf",
+    "wgpu",
+    "axum",
+    "tokio",
+    "clap",
+    "miette",
+    "indicatif",
+    "serde_json",
+    "tempfile",
+];
+
+fn root() -> &'static Path {
+    Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
+}
+
+/// The direct dependencies of every crate of the workspace, those for tests apart.
+fn dependencies() -> BTreeMap<String, Vec<String>> {
+    let output = Command::new(env!("CARGO"))
+        .args(["metadata", "--format-version", "1", "--no-deps", "--offline"])
+        .current_dir(root())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let metadata: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let packages = metadata["packages"].as_array().unwrap();
+    let of = |package: &serde_json::Value| {
+        let all = package["dependencies"].as_array().unwrap().iter();
+        all.filter(|d| d["kind"] != "dev").map(|d| d["name"].as_str().unwrap().to_owned()).collect()
+    };
+    packages.iter().map(|package| (package["name"].as_str().unwrap().to_owned(), of(package))).collect()
+}
+
+#[test]
+fn arrows_point_down_only() {
+    let found = dependencies();
+    let known: Vec<&str> = HOUSE.iter().map(|(name, _)| *name).collect();
+    assert!(
+        found.keys().map(String::as_str).all(|name| known.contains(&name)),
+        "a crate is not in the table"
+    );
+    for (name, allowed) in HOUSE {
+        let own = found[name].iter().filter(|dependency| dependency.starts_with("girtin"));
+        for dependency in own {
+            assert!(allowed.contains(&dependency.as_str()), "{name} depends on {dependency}");
+        }
+    }
+}
+
+#[test]
+fn lower_rooms_know_no_codec_and_no_driver() {
+    for (name, dependencies) in dependencies() {
+        if !MAY_KNOW_FILES.contains(&name.as_str()) {
+            for dependency in dependencies {
+                assert!(!HEAVY.contains(&dependency.as_str()), "{name} depends on {dependency}");
+            }
+        }
+    }
+}
+
+#[test]
+fn unsafe_code_is_forbidden_in_every_crate_but_wash_and_there_stands_in_one_module() {
+    for (name, _) in HOUSE {
+        let folder = match name {
+            "girtin" => "crates/girtin".to_owned(),
+            "girtin-cli" => "apps/cli".to_owned(),
+            other => format!("crates/{}", other.trim_start_matches("girtin-")),
+        };
+        let main = ["src/lib.rs", "src/main.rs"].map(|file| root().join(&folder).join(file));
+        let main = main.iter().find(|path| path.exists()).unwrap();
+        let forbids = std::fs::read_to_string(main).unwrap().contains("#![forbid(unsafe_code)]");
+        assert_eq!(forbids, name != "girtin-wash", "{name}");
+    }
+    let mut with_unsafe = Vec::new();
+    let mut folders = vec![root().join("crates/wash/src")];
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap().map(Result::unwrap) {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if std::fs::read_to_string(&path).unwrap().contains("expect(unsafe_code") {
+                with_unsafe.push(path.file_name().unwrap().to_string_lossy().into_owned());
+            }
+        }
+    }
+    assert_eq!(with_unsafe, ["prefetch.rs"]);
+}
+
+#[test]
+fn the_table_of_parameters_is_current() {
+    use girtin::params::manual::markdown;
+    use girtin::params::row::Parameters;
+    use girtin::wash::{C97Params, Capillary};
+
+    let page = format!(
+        "# Parameters\n\nGenerated from the rows in the code; `GIRTIN_WRITE_GOLDENS=1 cargo test -p girtin --test house` \
+         writes it anew.\n\n## Wash, model `c97`\n\nKeys of `wash.toml` and of `[glaze.wash]`.\n\n{}\n\
+         ## Capillary layer\n\nKeys of `[capillary]`; the layer is on when the table is there.\n\n{}",
+        markdown(C97Params::ROWS),
+        markdown(Capillary::ROWS),
+    );
+    let path = root().join("docs/parameters.md");
+    if std::env::var_os("GIRTIN_WRITE_GOLDENS").is_some() {
+        std::fs::write(&path, &page).unwrap();
+    }
+    assert!(std::fs::read_to_string(path).unwrap() == page, "docs/parameters.md is not what the rows say");
+}
