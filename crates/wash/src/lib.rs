@@ -12,7 +12,8 @@
 //! - `region`: which cells are worth visiting;
 //! - one module of row kernels per routine of the paper, in the order of its main loop: [`update_velocities`],
 //!   [`relax_divergence`], [`flow_outward`], [`move_pigment`], [`transfer_pigment`], [`simulate_capillary_flow`];
-//! - `engine`: the two ways to run them, which give the same bits.
+//! - `engine`: the two ways to run them, which give the same bits: a plain one, and a fast one that works only where
+//!   water is.
 //!
 //! Deviations D1 to D7 from the printed paper are explained in `docs/paper-notes.md`.
 //!
@@ -32,6 +33,7 @@
 //! assert!(d.cells(16)[8] > d.cells(16)[16], "the edge is darker");
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
+#![forbid(unsafe_code)]
 
 pub mod params;
 pub mod pigment;
@@ -39,7 +41,6 @@ pub mod state;
 pub mod wash;
 pub mod edit;
 
-mod prefetch;
 mod region;
 
 pub mod update_velocities;

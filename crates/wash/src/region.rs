@@ -48,6 +48,11 @@ impl Region {
         Self { rows, active: layout.rows() }
     }
 
+    /// No runs at all.
+    pub fn empty() -> Self {
+        Self { rows: vec![Vec::new(); Layout::TOP + 2], active: Layout::TOP..Layout::TOP }
+    }
+
     /// The runs of cells for which `holds` is true of the field's value.
     pub fn of<T: Copy>(field: &Field<T>, holds: impl Fn(T) -> bool) -> Self {
         let layout = field.layout();

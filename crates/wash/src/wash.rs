@@ -3,7 +3,7 @@
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 
-use crate::engine::banded::Banded;
+use crate::engine::fast::Fast;
 use crate::engine::{Stop, Task, reference, still_dry_faces};
 use crate::flow_outward::Outflow;
 use crate::params::{C97Params, WashModel};
@@ -84,14 +84,21 @@ pub enum RunError {
     },
 }
 
+/// What an engine keeps from run to run.
+#[derive(Debug)]
+enum Kept {
+    Fast(Fast),
+    Outflow(Outflow),
+}
+
 /// A wash: its state, what it does, and its pigments.
 #[derive(Debug)]
 pub struct Wash {
     pub(crate) state: WashState,
     model: WashModel,
     handlings: Vec<PigmentHandling>,
-    outflow: Option<Outflow>,
-    banded: Option<Banded>,
+    /// What the engine of the last run kept; `None` if where the water is has changed since.
+    kept: Option<Kept>,
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -115,7 +122,7 @@ impl Wash {
         {
             return Err(StateError::Handling { pigment, fault });
         }
-        Ok(Self { state, model, handlings, outflow: None, banded: None, pool: None })
+        Ok(Self { state, model, handlings, kept: None, pool: None })
     }
 
     /// The state.
@@ -146,8 +153,7 @@ impl Wash {
 
     /// Forgets where the water was and how fast; the next run looks again.
     pub(crate) fn forget(&mut self) {
-        self.outflow = None;
-        self.banded = None;
+        self.kept = None;
     }
 
     /// Runs `steps` steps.
@@ -188,40 +194,51 @@ impl Wash {
         let WashModel::C97 { params, capillary } = self.model;
         let exchanges = self.handlings.iter().map(PigmentHandling::exchange).collect();
         let task = Task::new(&params, capillary.as_ref(), exchanges);
-        let layout = self.state.layout();
-        let mut outflow = self.outflow.take().unwrap_or_else(|| {
-            still_dry_faces(&mut self.state);
-            let mut outflow = Outflow::new(layout, params.edge_darkening, params.edge_kernel);
-            outflow.renew(&self.state.wet_mask, layout.rows(), layout.columns(), threads * 2);
-            outflow
-        });
-        let mut banded = match config.engine {
-            Engine::Reference => None,
-            Engine::Fast => Some(match self.banded.take() {
-                Some(banded) if banded.threads() == threads => banded,
-                _ => Banded::new(&self.state, &task, threads),
-            }),
+        let mut kept = match (self.kept.take(), config.engine) {
+            (Some(Kept::Outflow(outflow)), Engine::Reference) => Kept::Outflow(outflow),
+            (Some(Kept::Fast(mut fast)), Engine::Fast) if fast.threads() == threads => {
+                fast.take(&mut self.state);
+                Kept::Fast(fast)
+            }
+            (_, engine) => {
+                still_dry_faces(&mut self.state);
+                match engine {
+                    Engine::Fast => Kept::Fast(Fast::new(&mut self.state, &task, threads)),
+                    Engine::Reference => Kept::Outflow(reference::outflow(&self.state, &task)),
+                }
+            }
         };
         let never = AtomicBool::new(false);
         let cancel = config.cancel.unwrap_or(&never);
+        let mut ended = Ok(());
         for done in 0..steps {
-            let state = &mut self.state;
-            let stepped = match &mut banded {
-                Some(banded) => banded.step(state, &task, &mut outflow, cancel),
-                None => reference::step(state, &task, &mut outflow, cancel),
+            let stepped = match &mut kept {
+                Kept::Fast(fast) => fast.step(&task, cancel),
+                Kept::Outflow(outflow) => reference::step(&mut self.state, &task, outflow, cancel),
             };
             match stepped {
                 Ok(sweeps) => report.sweeps_total += u64::from(sweeps),
-                Err(Stop::Cancelled) => return Err(RunError::Cancelled { steps: done }),
-                Err(Stop::RanAway) => return Err(self.ran_away(done + 1, &params)),
+                Err(stop) => {
+                    ended = Err((stop, done));
+                    break;
+                }
             }
             report.steps = done + 1;
             if let Some(progress) = config.progress {
                 progress(report.steps);
             }
         }
-        (self.outflow, self.banded) = (Some(outflow), banded);
-        Ok(report)
+        if let Kept::Fast(fast) = &mut kept {
+            fast.give_back(&mut self.state);
+        }
+        match ended {
+            Ok(()) => {
+                self.kept = Some(kept);
+                Ok(report)
+            }
+            Err((Stop::Cancelled, steps)) => Err(RunError::Cancelled { steps }),
+            Err((Stop::RanAway, done)) => Err(self.ran_away(done + 1, &params)),
+        }
     }
 
     /// Finds the face that ran away and what most likely drove it.

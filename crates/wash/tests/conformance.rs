@@ -1,7 +1,9 @@
 //! What must hold of a wash whichever engine runs it, on how many threads, and however the run is cut.
 
 use girtin_grid::{Layout, Raster};
-use girtin_wash::{C97Params, Capillary, Engine, PigmentHandling, RunConfig, Wash, WashModel, WashState};
+use girtin_wash::{
+    C97Params, Capillary, Engine, Patch, PigmentHandling, RunConfig, Wash, WashModel, WashState,
+};
 use proptest::prelude::*;
 
 const ULTRAMARINE: PigmentHandling =
@@ -173,6 +175,50 @@ proptest! {
             prop_assert!((after - before).abs() <= 2e-6 * before.max(1.0), "{before} became {after}");
         }
         wash.state().check().unwrap();
+    }
+}
+
+/// Strokes far apart on a large canvas, one of them bent around another, run apart; the bits are those of the whole.
+#[test]
+fn pools_far_apart_give_the_bits_of_the_whole() {
+    let (width, height) = (700, 500);
+    let paper = Raster::from_fn(width, height, |x, y| 0.05 + 0.9 * random(1, x, y));
+    let blobs = [(30, 40, 25), (600, 60, 40), (350, 250, 20), (640, 470, 35), (2, 490, 12)];
+    let ring = |x: usize, y: usize| (70.0..90.0).contains(&(x as f32 - 350.0).hypot(y as f32 - 250.0));
+    for capillary in [None, Some(Capillary { wetting_threshold: 0.4, ..Capillary::default() })] {
+        let mut state = WashState::dry(&paper, 2);
+        for y in 0..height {
+            for x in 0..width {
+                let near = |&(bx, by, r): &(usize, usize, usize)| {
+                    x.abs_diff(bx).pow(2) + y.abs_diff(by).pow(2) < r * r
+                };
+                // Pigment lies on dry paper, too, and pores are damp around the blobs.
+                state.deposited[0].cells_mut(y)[x] = 0.1;
+                if ring(x, y) || blobs.iter().any(near) {
+                    state.wet_mask.cells_mut(y)[x] = 1;
+                    state.pressure.cells_mut(y)[x] = random(2, x, y);
+                    state.suspended[1].cells_mut(y)[x] = random(3, x, y);
+                }
+                if x.abs_diff(600) < 60 && y.abs_diff(60) < 55 {
+                    state.saturation.cells_mut(y)[x] = 0.35;
+                }
+            }
+        }
+        let run = |config: RunConfig<'_>| {
+            let model = WashModel::C97 { params: C97Params::default(), capillary };
+            let mut wash = Wash::new(state.clone(), model, vec![ULTRAMARINE, UMBER]).unwrap();
+            let mut report = wash.run(4, &config).unwrap();
+            // Between runs the state is whole, and can be changed.
+            wash.add_water(Patch { x: 340, y: 240, amounts: &Raster::new(20, 20, 0.3) });
+            report.sweeps_total += wash.run(5, &config).unwrap().sweeps_total;
+            (wash.into_state(), report.sweeps_total)
+        };
+        let (whole, sweeps) = run(RunConfig { engine: Engine::Reference, ..RunConfig::default() });
+        for threads in [1, 2] {
+            let (apart, its_sweeps) = run(RunConfig { threads, ..RunConfig::default() });
+            same(&apart, &whole, "pools");
+            assert_eq!(its_sweeps, sweeps);
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The two ways to run the row kernels. They give the same bits.
 
-pub mod banded;
+pub mod fast;
+pub mod pool;
 pub mod reference;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -21,6 +22,8 @@ pub const MAX_SUBSTEPS: u32 = 10_000;
 pub struct Task {
     pub momentum: Momentum,
     pub slope_scale: f32,
+    pub edge_darkening: f64,
+    pub edge_kernel: u32,
     pub relax_rate: f32,
     pub relax_tolerance: f32,
     pub relax_max_sweeps: u32,
@@ -36,6 +39,8 @@ impl Task {
                 viscosity: params.viscosity as f32,
                 viscous_drag: params.viscous_drag as f32,
             },
+            edge_darkening: params.edge_darkening,
+            edge_kernel: params.edge_kernel,
             slope_scale: params.slope_scale as f32,
             relax_rate: params.relax_rate as f32,
             relax_tolerance: params.relax_tolerance as f32,

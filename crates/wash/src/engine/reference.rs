@@ -14,6 +14,14 @@ use crate::state::WashState;
 use crate::transfer_pigment::transfer;
 use crate::update_velocities::{SlopeRows, VelocityRows, add_slope, advance, corner_products};
 
+/// η(1 − M′)M of the state's mask.
+pub fn outflow(state: &WashState, task: &Task) -> Outflow {
+    let layout = state.layout();
+    let mut outflow = Outflow::new(layout, task.edge_darkening, task.edge_kernel);
+    outflow.renew(&state.wet_mask, layout.rows(), layout.columns(), 1);
+    outflow
+}
+
 /// One step of C97's MainLoop; returns the number of relaxation sweeps.
 ///
 /// # Source

@@ -1,4 +1,4 @@
-//! The fast engine: runs of wet cells, a few fused passes, bands of rows in parallel.
+//! One pool of water: the passes of a step over its runs of wet cells, in bands of rows.
 //!
 //! A pass goes down the rows of a band in place. What a row's kernel needs of rows that were already changed is kept
 //! in a ring of rows; what it needs of a neighbouring band is saved before the bands start. So bands depend on
@@ -7,15 +7,12 @@
 //! Passes of a step: slope and velocities; each relaxation sweep; outflow and speeds; pigment and its exchange with
 //! the paper; capillary water. Between them stand only the maxima on which the next pass depends.
 
-use std::sync::atomic::AtomicBool;
-
 use girtin_grid::Field;
 use rayon::prelude::*;
 
-use super::{Stop, Task, go_on, substeps};
+use super::Task;
 use crate::flow_outward::{Outflow, draw_off};
 use crate::move_pigment::{SuspendedRows, carry, outflow_speeds};
-use crate::prefetch;
 use crate::region::Region;
 use crate::relax_divergence::{CorrectionRows, FlowRows, apply, divergence};
 use crate::simulate_capillary_flow::{PoreRows, Pores, absorb, diffuse, spread};
@@ -27,13 +24,14 @@ use crate::update_velocities::{Momentum, SlopeRows, VelocityRows, add_slope, adv
 const CELLS_WORTH_A_BAND: usize = 4096;
 /// Bands for each thread: more even out a load that rows share unevenly.
 const BANDS_PER_THREAD: usize = 2;
-/// How many rows ahead narrow runs are asked for.
-const AHEAD: usize = 2;
 
-/// What the engine keeps from step to step.
+/// A pool: a state, and what is kept of it from step to step.
 #[derive(Debug)]
-pub struct Banded {
-    threads: usize,
+pub struct Pool {
+    state: WashState,
+    outflow: Outflow,
+    /// Bands at most.
+    bands: usize,
     wet: Region,
     wet_cuts: Vec<usize>,
     /// Where there is pore water or will be; empty when the capillary layer is off.
@@ -42,8 +40,6 @@ pub struct Banded {
     scratch: Vec<Scratch>,
     /// No slope term of a wet face is larger.
     steepest: f32,
-    /// The largest sum of outflow speeds of a cell, when known.
-    fastest: Option<f32>,
 }
 
 /// Rows of one band.
@@ -140,126 +136,81 @@ fn each_band<Job: Send>(jobs: Vec<Job>, work: impl Fn(Job) -> i32 + Sync + Send)
     }
 }
 
-impl Banded {
-    /// Finds where the water is.
-    pub fn new(state: &WashState, task: &Task, threads: usize) -> Self {
-        let wet = Region::of(&state.wet_mask, |wet| wet != 0);
-        let damp = match task.pores {
-            // Pore water reaches only cells that have some, and starts in wet ones.
-            Some(_) => {
-                let mut damp = Field::<u8>::zeroed(state.layout());
-                for row in state.layout().rows() {
-                    let (wet, pores) = (state.wet_mask.row(row), state.saturation.row(row));
-                    if wet.iter().all(|&wet| wet == 0) && pores.iter().all(|&s| s == 0.0) {
-                        continue;
-                    }
-                    for ((damp, &wet), &s) in damp.row_mut(row).iter_mut().zip(wet).zip(pores) {
-                        *damp = u8::from(wet != 0 || s != 0.0);
-                    }
-                }
-                Region::of(&damp, |damp| damp != 0)
-            }
-            None => Region::of(&Field::<u8>::zeroed(girtin_grid::Layout::new(0, 0)), |damp| damp != 0),
-        };
-        let mut engine = Self {
-            threads,
-            wet,
-            wet_cuts: Vec::new(),
-            damp,
-            damp_cuts: Vec::new(),
-            scratch: Vec::new(),
-            steepest: 0.0,
-            fastest: None,
-        };
-        for row in engine.wet.active() {
-            engine.note_slope(state, task, row);
+/// Where water is or, with the capillary layer on, may come: pore water reaches only cells that have some.
+pub fn reach(state: &WashState, task: &Task) -> Region {
+    if task.pores.is_none() {
+        return Region::of(&state.wet_mask, |wet| wet != 0);
+    }
+    let mut damp = Field::<u8>::zeroed(state.layout());
+    for row in state.layout().rows() {
+        let (wet, pores) = (state.wet_mask.row(row), state.saturation.row(row));
+        if wet.iter().all(|&wet| wet == 0) && pores.iter().all(|&s| s == 0.0) {
+            continue;
         }
-        engine.cut(state, task);
-        engine
+        for ((damp, &wet), &s) in damp.row_mut(row).iter_mut().zip(wet).zip(pores) {
+            *damp = u8::from(wet != 0 || s != 0.0);
+        }
+    }
+    Region::of(&damp, |damp| damp != 0)
+}
+
+impl Pool {
+    /// Finds where in the pool the water is.
+    pub fn new(state: WashState, task: &Task, threads: usize) -> Self {
+        let layout = state.layout();
+        let bands = if threads == 1 { 1 } else { threads * BANDS_PER_THREAD };
+        let mut outflow = Outflow::new(layout, task.edge_darkening, task.edge_kernel);
+        outflow.renew(&state.wet_mask, layout.rows(), layout.columns(), bands);
+        let wet = Region::of(&state.wet_mask, |wet| wet != 0);
+        let damp = if task.pores.is_some() { reach(&state, task) } else { Region::empty() };
+        let (wet_cuts, damp_cuts, scratch) = (Vec::new(), Vec::new(), Vec::new());
+        let mut pool = Self { state, outflow, bands, wet, wet_cuts, damp, damp_cuts, scratch, steepest: 0.0 };
+        for row in pool.wet.active() {
+            pool.note_slope(task, row);
+        }
+        pool.cut(task);
+        pool
     }
 
-    /// How many threads the bands are for.
-    pub fn threads(&self) -> usize {
-        self.threads
+    /// The state.
+    pub fn state(&mut self) -> &mut WashState {
+        &mut self.state
+    }
+
+    /// A bound on the slope term of every wet face.
+    pub fn steepest(&self) -> f32 {
+        self.steepest
     }
 
     /// Shares the rows among bands.
-    fn cut(&mut self, state: &WashState, task: &Task) {
-        let bands = |region: &Region| {
-            let most = if self.threads == 1 { 1 } else { self.threads * BANDS_PER_THREAD };
-            (region.cells() / CELLS_WORTH_A_BAND).clamp(1, most)
-        };
+    fn cut(&mut self, task: &Task) {
+        let bands = |region: &Region| (region.cells() / CELLS_WORTH_A_BAND).clamp(1, self.bands);
         self.wet_cuts = self.wet.cuts(bands(&self.wet));
         self.damp_cuts = self.damp.cuts(bands(&self.damp));
         let needed = self.wet_cuts.len().max(self.damp_cuts.len()) - 1;
-        let stride = state.layout().stride();
+        let stride = self.state.layout().stride();
         while self.scratch.len() < needed {
             self.scratch.push(Scratch::new(stride, task.exchanges.len()));
         }
     }
 
     /// Raises the bound on the slope term to that of the row's faces.
-    fn note_slope(&mut self, state: &WashState, task: &Task, row: usize) {
-        let (above, here) = (state.height.row(row - 1), state.height.row(row));
-        let mut steepest = self.steepest;
+    fn note_slope(&mut self, task: &Task, row: usize) {
+        let (above, here) = (self.state.height.row(row - 1), self.state.height.row(row));
         for run in self.wet.runs(row) {
             for x in run.first..run.end {
                 let slope = (here[x] - here[x - 1]).abs().max((here[x] - above[x]).abs());
-                steepest = steepest.max(task.slope_scale * slope);
+                self.steepest = self.steepest.max(task.slope_scale * slope);
             }
         }
-        self.steepest = steepest;
     }
 
-    /// One step of C97's MainLoop; returns the number of relaxation sweeps.
-    ///
-    /// # Source
-    /// Curtis et al. 1997, §4.3–4.6.
-    pub fn step(
-        &mut self,
-        state: &mut WashState,
-        task: &Task,
-        outflow: &mut Outflow,
-        cancel: &AtomicBool,
-    ) -> Result<u32, Stop> {
-        let mut sweeps = 1; // what a sweep over nothing counts
-        if !self.wet.active().is_empty() {
-            self.update_velocities(state, task, cancel)?;
-            sweeps = self.relax_divergence(state, task, cancel)?;
-            let fastest = self.flow_outward(state, outflow);
-            self.fastest = Some(f32::from_bits(fastest as u32));
-            self.move_and_transfer_pigment(state, task, substeps(fastest)?, cancel)?;
+    /// Adds the slope term to the velocities; returns the bits of the largest speed.
+    pub fn slope(&mut self, scale: f32) -> i32 {
+        if self.wet.active().is_empty() {
+            return 0;
         }
-        if let Some(pores) = task.pores.as_ref().filter(|_| !self.damp.active().is_empty()) {
-            self.simulate_capillary_flow(state, task, pores, outflow);
-        }
-        Ok(sweeps)
-    }
-
-    fn update_velocities(
-        &mut self,
-        state: &mut WashState,
-        task: &Task,
-        cancel: &AtomicBool,
-    ) -> Result<(), Stop> {
-        // The slope cannot push any face past this; the factor covers rounding. Then one sub-step will do and the
-        // exact maximum, which would need a pass of its own, is not asked for.
-        let bound = self.fastest.map_or(f32::INFINITY, |fastest| (fastest + self.steepest) * (1.0 + 1e-5));
-        if bound <= 1.0 {
-            self.advance_bands(state, task.momentum(1.0), Some(task.slope_scale));
-            return go_on(0, cancel);
-        }
-        let fastest = self.slope_bands(state, task.slope_scale);
-        let n = substeps(fastest)?;
-        for _ in 0..n {
-            go_on(fastest, cancel)?;
-            self.advance_bands(state, task.momentum(1.0 / n as f32), None);
-        }
-        Ok(())
-    }
-
-    fn slope_bands(&self, state: &mut WashState, scale: f32) -> i32 {
-        let WashState { wet_mask, height, u, v, .. } = state;
+        let WashState { wet_mask, height, u, v, .. } = &mut self.state;
         let bands = u.bands_mut(&self.wet_cuts).into_iter().zip(v.bands_mut(&self.wet_cuts));
         each_band(bands.collect(), |(mut u, mut v)| {
             let mut fastest = 0;
@@ -274,8 +225,11 @@ impl Banded {
     }
 
     /// One sub-step of the velocities, after the slope term if `slope_scale` is given.
-    fn advance_bands(&mut self, state: &mut WashState, momentum: Momentum, slope_scale: Option<f32>) {
-        let WashState { wet_mask, height, u, v, pressure, .. } = state;
+    pub fn advance(&mut self, momentum: Momentum, slope_scale: Option<f32>) {
+        if self.wet.active().is_empty() {
+            return;
+        }
+        let WashState { wet_mask, height, u, v, pressure, .. } = &mut self.state;
         let (wet, cuts) = (&self.wet, &self.wet_cuts);
         for (scratch, cut) in self.scratch.iter_mut().zip(cuts.windows(2)) {
             scratch.u.save_halo(wet, cut, u);
@@ -297,13 +251,6 @@ impl Banded {
             add_slope(&mut old_u.below_band.values, &mut old_v.below_band.values, rows.end);
             add_slope(u.row_mut(rows.start), v.row_mut(rows.start), rows.start);
             for row in rows.clone() {
-                if row + AHEAD < rows.end {
-                    let soon = wet.runs(row + AHEAD);
-                    prefetch::runs(u.row(row + AHEAD), soon);
-                    prefetch::runs(v.row(row + AHEAD), soon);
-                    prefetch::runs(height.row(row + AHEAD), soon);
-                    prefetch::runs(pressure.row(row + AHEAD), soon);
-                }
                 if row + 1 < rows.end {
                     add_slope(u.row_mut(row + 1), v.row_mut(row + 1), row + 1);
                 }
@@ -345,26 +292,12 @@ impl Banded {
         });
     }
 
-    fn relax_divergence(
-        &mut self,
-        state: &mut WashState,
-        task: &Task,
-        cancel: &AtomicBool,
-    ) -> Result<u32, Stop> {
-        let mut sweeps = 0;
-        loop {
-            let largest = self.sweep(state, task.relax_rate);
-            sweeps += 1;
-            go_on(largest, cancel)?;
-            if f32::from_bits(largest as u32) <= task.relax_tolerance || sweeps >= task.relax_max_sweeps {
-                return Ok(sweeps);
-            }
-        }
-    }
-
     /// One relaxation sweep; returns the bits of the largest correction.
-    fn sweep(&mut self, state: &mut WashState, rate: f32) -> i32 {
-        let WashState { wet_mask, u, v, pressure, .. } = state;
+    pub fn sweep(&mut self, rate: f32) -> i32 {
+        if self.wet.active().is_empty() {
+            return 0;
+        }
+        let WashState { wet_mask, u, v, pressure, .. } = &mut self.state;
         let (wet, cuts) = (&self.wet, &self.wet_cuts);
         for (scratch, cut) in self.scratch.iter_mut().zip(cuts.windows(2)) {
             let above = cut[0] - 1;
@@ -385,12 +318,6 @@ impl Banded {
             let mut largest = 0;
             let rows = u.rows();
             for row in rows.clone() {
-                if row + AHEAD < rows.end {
-                    let soon = wet.runs(row + AHEAD);
-                    prefetch::runs(u.row(row + AHEAD), soon);
-                    prefetch::runs(v.row(row + AHEAD), soon);
-                    prefetch::runs(pressure.row(row + AHEAD), soon);
-                }
                 let (v_here, v_below) = v.row_mut_and_below(row);
                 let (u_here, v_below) = (u.row_mut(row), v_below.unwrap_or(&old_v.below_band.values));
                 let mask = wet_mask.row(row);
@@ -408,17 +335,13 @@ impl Banded {
     }
 
     /// Draws water to the edges; returns the bits of the largest sum of outflow speeds of a cell.
-    fn flow_outward(&self, state: &mut WashState, outflow: &Outflow) -> i32 {
-        let WashState { wet_mask, u, v, pressure, .. } = state;
+    pub fn flow_outward(&mut self) -> i32 {
+        let WashState { wet_mask, u, v, pressure, .. } = &mut self.state;
+        let outflow = &self.outflow;
         each_band(pressure.bands_mut(&self.wet_cuts), |mut pressure| {
             let mut fastest = 0;
             let rows = pressure.rows();
             for row in rows.clone() {
-                if row + AHEAD < rows.end {
-                    let soon = self.wet.runs(row + AHEAD);
-                    prefetch::runs(u.row(row + AHEAD), soon);
-                    prefetch::runs(v.row(row + AHEAD), soon);
-                }
                 let flow = flow_rows(u, v, wet_mask, row);
                 for &run in self.wet.runs(row) {
                     fastest = fastest.max(outflow_speeds(&flow, run));
@@ -431,93 +354,80 @@ impl Banded {
         })
     }
 
-    fn move_and_transfer_pigment(
-        &mut self,
-        state: &mut WashState,
-        task: &Task,
-        n: u32,
-        cancel: &AtomicBool,
-    ) -> Result<(), Stop> {
-        let WashState { wet_mask, height, u, v, suspended, deposited, .. } = state;
+    /// Moves pigment by one sub-step of length `dt`, and after the last exchanges it with the paper.
+    pub fn carry(&mut self, task: &Task, dt: f32, last: bool) {
+        if self.wet.active().is_empty() {
+            return;
+        }
+        let WashState { wet_mask, height, u, v, suspended, deposited, .. } = &mut self.state;
         let (wet, cuts) = (&self.wet, &self.wet_cuts);
-        for substep in 1..=n {
-            go_on(0, cancel)?;
-            for (scratch, cut) in self.scratch.iter_mut().zip(cuts.windows(2)) {
-                for (ring, suspended) in scratch.suspended.iter_mut().zip(suspended.iter()) {
-                    ring.save_halo(wet, cut, suspended);
+        for (scratch, cut) in self.scratch.iter_mut().zip(cuts.windows(2)) {
+            for (ring, suspended) in scratch.suspended.iter_mut().zip(suspended.iter()) {
+                ring.save_halo(wet, cut, suspended);
+            }
+        }
+        // The bands of each pigment, then the pigments of each band.
+        let mut suspended: Vec<_> = suspended.iter_mut().map(|g| g.bands_mut(cuts).into_iter()).collect();
+        let mut deposited: Vec<_> = deposited.iter_mut().map(|d| d.bands_mut(cuts).into_iter()).collect();
+        let bands = cuts.windows(2).zip(&mut self.scratch).map(|(cut, scratch)| {
+            let g: Vec<_> = suspended.iter_mut().filter_map(Iterator::next).collect();
+            let d: Vec<_> = deposited.iter_mut().filter_map(Iterator::next).collect();
+            (cut[0]..cut[1], g, d, scratch)
+        });
+        each_band(bands.collect(), |(rows, mut suspended, mut deposited, scratch)| {
+            for row in rows.clone() {
+                let flow = flow_rows(u, v, wet_mask, row);
+                for (k, ring) in scratch.suspended.iter_mut().enumerate() {
+                    let (g, below) = suspended[k].row_mut_and_below(row);
+                    ring.here.take(wet, row, g);
+                    let old = SuspendedRows {
+                        above: &ring.above.values,
+                        here: &ring.here.values,
+                        below: below.unwrap_or(&ring.below_band.values),
+                    };
+                    for &run in wet.runs(row) {
+                        carry(g, &old, &flow, dt, run);
+                        if last {
+                            let d = deposited[k].row_mut(row);
+                            transfer(g, d, height.row(row), wet_mask.row(row), task.exchanges[k], run);
+                        }
+                    }
+                    ring.turn();
                 }
             }
-            // The bands of each pigment, then the pigments of each band.
-            let mut suspended: Vec<_> = suspended.iter_mut().map(|g| g.bands_mut(cuts).into_iter()).collect();
-            let mut deposited: Vec<_> = deposited.iter_mut().map(|d| d.bands_mut(cuts).into_iter()).collect();
-            let bands = cuts.windows(2).zip(&mut self.scratch).map(|(cut, scratch)| {
-                let g: Vec<_> = suspended.iter_mut().filter_map(Iterator::next).collect();
-                let d: Vec<_> = deposited.iter_mut().filter_map(Iterator::next).collect();
-                (cut[0]..cut[1], g, d, scratch)
-            });
-            each_band(bands.collect(), |(rows, mut suspended, mut deposited, scratch)| {
-                for row in rows.clone() {
-                    if row + AHEAD < rows.end {
-                        let soon = wet.runs(row + AHEAD);
-                        prefetch::runs(u.row(row + AHEAD), soon);
-                        prefetch::runs(v.row(row + AHEAD), soon);
-                        prefetch::runs(height.row(row + AHEAD), soon);
-                        for (g, d) in suspended.iter().zip(&deposited) {
-                            prefetch::runs(g.row(row + AHEAD), soon);
-                            prefetch::runs(d.row(row + AHEAD), soon);
-                        }
-                    }
-                    let flow = flow_rows(u, v, wet_mask, row);
-                    for (k, ring) in scratch.suspended.iter_mut().enumerate() {
-                        let (g, below) = suspended[k].row_mut_and_below(row);
-                        ring.here.take(wet, row, g);
-                        let old = SuspendedRows {
-                            above: &ring.above.values,
-                            here: &ring.here.values,
-                            below: below.unwrap_or(&ring.below_band.values),
-                        };
-                        for &run in wet.runs(row) {
-                            carry(g, &old, &flow, 1.0 / n as f32, run);
-                            if substep == n {
-                                let d = deposited[k].row_mut(row);
-                                transfer(g, d, height.row(row), wet_mask.row(row), task.exchanges[k], run);
-                            }
-                        }
-                        ring.turn();
-                    }
-                }
-                0
-            });
-        }
-        Ok(())
+            0
+        });
     }
 
-    fn simulate_capillary_flow(
-        &mut self,
-        state: &mut WashState,
-        task: &Task,
-        pores: &Pores,
-        outflow: &mut Outflow,
-    ) {
-        let grown = self.creep(state, pores);
+    /// Moves pore water, wets new cells, and looks again at what that changed.
+    pub fn simulate_capillary_flow(&mut self, task: &Task, pores: &Pores) {
+        if self.damp.active().is_empty() {
+            return;
+        }
+        let grown = self.creep(pores);
         let Some(&(mut first_row, mut first, mut end)) = grown.first() else { return };
         let mut last_row = first_row;
         for &(row, from, to) in &grown {
             (first_row, last_row) = (first_row.min(row), last_row.max(row));
             (first, end) = (first.min(from), end.max(to));
             // The row below asks whether this one is wet throughout.
-            for row in row..=(row + 1).min(state.layout().rows().end - 1) {
-                self.wet.rescan(&state.wet_mask, row, |wet| wet != 0);
-                self.note_slope(state, task, row);
+            for row in row..=(row + 1).min(self.state.layout().rows().end - 1) {
+                self.wet.rescan(&self.state.wet_mask, row, |wet| wet != 0);
+                self.note_slope(task, row);
             }
         }
-        self.cut(state, task);
-        outflow.renew(&state.wet_mask, first_row..last_row + 1, first..end, self.wet_cuts.len() - 1);
+        self.cut(task);
+        self.outflow.renew(
+            &self.state.wet_mask,
+            first_row..last_row + 1,
+            first..end,
+            self.wet_cuts.len() - 1,
+        );
     }
 
     /// Moves pore water; returns the rows where new cells became wet, with the columns to look at.
-    fn creep(&mut self, state: &mut WashState, pores: &Pores) -> Vec<(usize, usize, usize)> {
-        let WashState { wet_mask, height, saturation, .. } = state;
+    fn creep(&mut self, pores: &Pores) -> Vec<(usize, usize, usize)> {
+        let WashState { wet_mask, height, saturation, .. } = &mut self.state;
         let (damp, cuts) = (&self.damp, &self.damp_cuts);
         for (scratch, cut) in self.scratch.iter_mut().zip(cuts.windows(2)) {
             scratch.saturation.save_halo(damp, cut, saturation);
