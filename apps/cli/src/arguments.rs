@@ -1,0 +1,257 @@
+//! Arguments that several verbs share.
+
+use std::path::PathBuf;
+
+use clap::builder::PossibleValue;
+use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
+use girtin::optics::{Library, LinearRgb, Pigment, Srgb, UnknownPigment};
+use girtin::painting::picture::PngMeta;
+use girtin::params::row::Parameters;
+use girtin::params::{Row, Value};
+use girtin::wash::{C97Params, Capillary, WashModel};
+
+use crate::failure::{Failure, Kind};
+use crate::input;
+
+/// Who wrote a picture.
+pub const SOFTWARE: &str = concat!("girtin ", env!("CARGO_PKG_VERSION"));
+
+/// The painter's own pigments.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub struct PigmentFiles {
+    /// Add a pigment from a TOML file; may be repeated
+    #[arg(long = "pigment-file", value_name = "FILE")]
+    pub files: Vec<PathBuf>,
+}
+
+impl PigmentFiles {
+    /// The built-in pigments and these.
+    ///
+    /// # Errors
+    /// A file cannot be read or is no pigment.
+    pub fn library(&self) -> Result<Library, Failure> {
+        let mut library = Library::builtin();
+        for path in &self.files {
+            let text = input::read_text(path)?;
+            library = library.with(Pigment::from_toml(&path.display().to_string(), &text)?);
+        }
+        Ok(library)
+    }
+}
+
+/// A name that is not in the library; its kind says whether it stood on the command line or in a file.
+pub fn unknown_pigment(kind: Kind, unknown: &UnknownPigment) -> Failure {
+    let hint = match unknown {
+        UnknownPigment::NoSuch { nearest: None, .. } => "`girtin pigments` lists them all".to_owned(),
+        _ => unknown.hint(),
+    };
+    Failure::new(kind, unknown).hint(hint)
+}
+
+/// How many threads work.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct ThreadArgs {
+    /// Threads to work on; as many as there are processors if not given. Results are the same
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    threads: Option<u32>,
+}
+
+impl ThreadArgs {
+    /// Makes everything that follows run on them.
+    ///
+    /// # Errors
+    /// The system gives none.
+    pub fn install(self) -> Result<(), Failure> {
+        let Some(threads) = self.threads else { return Ok(()) };
+        rayon::ThreadPoolBuilder::new().num_threads(threads as usize).build_global().map_err(|error| {
+            Failure::failed(format!("cannot start {threads} threads: {error}")).hint("use fewer `--threads`")
+        })
+    }
+}
+
+/// What pictures say of themselves.
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
+pub struct PictureArgs {
+    /// Write pictures without a word about their making
+    #[arg(long, help_heading = "Output")]
+    pub strip: bool,
+}
+
+impl PictureArgs {
+    /// The words for a picture: its maker, and what else there is to say.
+    pub fn meta(self, pixels_per_mm: Option<f64>, words: &[(&str, String)]) -> PngMeta {
+        let mut text = Vec::new();
+        if !self.strip {
+            text.push(("Software".to_owned(), SOFTWARE.to_owned()));
+            text.extend(words.iter().map(|(keyword, word)| ((*keyword).to_owned(), word.clone())));
+        }
+        PngMeta { pixels_per_mm, text }
+    }
+}
+
+/// A ground: `white`, `black` or `#rrggbb`.
+///
+/// # Errors
+/// It is none of these.
+pub fn parse_ground(text: &str) -> Result<LinearRgb, String> {
+    match text {
+        "white" => Ok(LinearRgb::WHITE),
+        "black" => Ok(LinearRgb::BLACK),
+        _ => text
+            .parse::<Srgb>()
+            .map(Srgb::to_linear)
+            .map_err(|_| "give `white`, `black` or a color such as `#c0392b`".to_owned()),
+    }
+}
+
+/// Two sides: `60x40`.
+///
+/// # Errors
+/// It is not two numbers from 0.1 to 100,000.
+pub fn parse_sides(text: &str) -> Result<[f64; 2], String> {
+    let sides = text.split_once(['x', '×', 'X']).and_then(|(width, height)| {
+        Some([width.trim().parse::<f64>().ok()?, height.trim().parse::<f64>().ok()?])
+    });
+    sides
+        .filter(|sides| sides.iter().all(|side| (0.1..=1e5).contains(side)))
+        .ok_or_else(|| "give width and height such as `60x40`, from 0.1 to 100000".to_owned())
+}
+
+/// A number within limits.
+pub fn real_within(low: f64, high: f64) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync {
+    move |text| {
+        let value: Option<f64> = text.trim().parse().ok();
+        value
+            .filter(|value| (low..=high).contains(value))
+            .ok_or_else(|| format!("give a number from {low} to {high}"))
+    }
+}
+
+/// A flag for every row of the wash's parameters: the same rows as the TOML file's.
+#[derive(Clone, Debug, Default)]
+pub struct ModelArgs {
+    wash: Vec<(&'static str, Value)>,
+    /// Whether the capillary layer is turned on or off, if a flag says so.
+    layer: Option<bool>,
+    capillary: Vec<(&'static str, Value)>,
+}
+
+/// What the flags of a struct of parameters begin with.
+const WASH: &str = "";
+const CAPILLARY: &str = "capillary-";
+
+fn flag(prefix: &str, row: &Row) -> String {
+    format!("{prefix}{}", row.id.replace('_', "-"))
+}
+
+fn arg(prefix: &str, heading: &'static str, row: &'static Row) -> Arg {
+    let (low, high) = row.hard;
+    let (kind, default) = match row.default {
+        Value::Real(x) => ("X", format!("{x}")),
+        Value::Count(n) => ("N", format!("{n}")),
+        Value::Span([a, b]) => ("LOW,HIGH", format!("{a},{b}")),
+    };
+    let name = flag(prefix, row);
+    Arg::new(name.clone())
+        .long(name)
+        .value_name(kind)
+        .help_heading(heading)
+        // A negative number is then out of range, and not an unknown flag.
+        .allow_negative_numbers(true)
+        .value_parser(move |text: &str| row.parse(text))
+        .help(format!("{} [{default}; {low} to {high}]", row.tooltip()))
+        .long_help(format!("{}\n\nDefault {default}, from {low} to {high}.", row.doc))
+}
+
+fn values<P: Parameters>(prefix: &str, matches: &ArgMatches) -> Vec<(&'static str, Value)> {
+    let value = |row: &'static Row| Some((row.id, *matches.get_one::<Value>(&flag(prefix, row))?));
+    P::ROWS.iter().filter_map(value).collect()
+}
+
+fn apply<P: Parameters>(parameters: &mut P, values: &[(&'static str, Value)]) -> Result<(), Failure> {
+    values.iter().try_for_each(|&(id, value)| parameters.set(id, value).map_err(Failure::usage))
+}
+
+impl clap::Args for ModelArgs {
+    fn augment_args(command: Command) -> Command {
+        const PHYSICS: &str = "Physics of Curtis et al. 1997, over what the parameter file says";
+        const LAYER: &str = "Capillary layer of Curtis et al. 1997; any of these turns it on";
+        let switch = |id: &'static str, help: &'static str| {
+            Arg::new(id).long(id).action(ArgAction::SetTrue).help(help).help_heading(LAYER)
+        };
+        command
+            .arg(
+                Arg::new("model")
+                    .long("model")
+                    .value_name("MODEL")
+                    .help_heading(PHYSICS)
+                    .value_parser([PossibleValue::new("c97")])
+                    .help("Physics of the wash"),
+            )
+            .args(C97Params::ROWS.iter().map(|row| arg(WASH, PHYSICS, row)))
+            .arg(switch("capillary", "Turn the layer on, with its defaults where nothing else is said"))
+            .arg(
+                switch("no-capillary", "Turn the layer off, whatever the parameter file says")
+                    .conflicts_with("capillary")
+                    .conflicts_with_all(Capillary::ROWS.iter().map(|row| flag(CAPILLARY, row))),
+            )
+            .args(Capillary::ROWS.iter().map(|row| arg(CAPILLARY, LAYER, row)))
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for ModelArgs {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let capillary = values::<Capillary>(CAPILLARY, matches);
+        let layer = match (matches.get_flag("capillary"), matches.get_flag("no-capillary")) {
+            (_, true) => Some(false),
+            (on, false) => (on || !capillary.is_empty()).then_some(true),
+        };
+        Ok(Self { wash: values::<C97Params>(WASH, matches), layer, capillary })
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        *self = Self::from_arg_matches(matches)?;
+        Ok(())
+    }
+}
+
+impl ModelArgs {
+    /// The model of a file with the flags over it.
+    ///
+    /// # Errors
+    /// A value is not allowed.
+    pub fn over(&self, model: WashModel) -> Result<WashModel, Failure> {
+        let WashModel::C97 { mut params, mut capillary } = model;
+        apply(&mut params, &self.wash)?;
+        match self.layer {
+            Some(false) => capillary = None,
+            Some(true) => apply(capillary.get_or_insert_default(), &self.capillary)?,
+            None => {}
+        }
+        Ok(WashModel::C97 { params, capillary })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn grounds_are_words_or_colors() {
+        assert_eq!(parse_ground("white"), Ok(LinearRgb::WHITE));
+        assert_eq!(parse_ground("#000000"), Ok(LinearRgb::BLACK));
+        assert!(parse_ground("whit").is_err());
+    }
+
+    #[test]
+    fn sides_are_two_sensible_numbers() {
+        assert_eq!(parse_sides("60x40"), Ok([60.0, 40.0]));
+        for bad in ["60", "60x", "0x4", "nanx4", "1e9x1", "-1x4"] {
+            assert!(parse_sides(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,365 @@
+//! `girtin bench`: how fast this machine paints.
+//!
+//! A step is compared with copying the fields that it has to touch, on the same machine in the same moment: the ratio
+//! says more than milliseconds of an unknown processor.
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use clap::Subcommand;
+use girtin::grid::random::{at, below, key};
+use girtin::grid::{Layout, Raster};
+use girtin::optics::Library;
+use girtin::painting::handling_of;
+use girtin::paper::{HeightSource, Papers, Sheet};
+use girtin::wash::{C97Params, Engine, RunConfig, Wash, WashModel, WashState};
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::output::print;
+use crate::progress::TalkArgs;
+
+/// Measures how fast this machine paints
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  girtin bench wash
+  girtin bench wash --quick --json")]
+pub struct BenchArgs {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Subcommand)]
+enum What {
+    Wash(WashBenchArgs),
+}
+
+/// Measures a step of the wash against copying its fields
+///
+/// One pigment, no capillary layer, all wet but in the sparse cases. A copy is that of the fields which a step cannot
+/// avoid, 25 bytes a cell, on one thread, measured in turns with the steps. Figures are medians of several rounds;
+/// `best` is the ratio of the fastest, for machines that do other work as well.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  girtin bench wash
+  girtin bench wash --quick --json")]
+struct WashBenchArgs {
+    /// Fewer rounds, and no sparse cases
+    #[arg(long)]
+    quick: bool,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    talk: TalkArgs,
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// It is interrupted, or a wash fails.
+pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Result<(), Failure> {
+    let What::Wash(args) = &args.what;
+    let bench = Bench { args, interrupt, patch: patch(), min_seconds: if args.quick { 0.02 } else { 0.1 } };
+    let mut dense = Vec::new();
+    for (width, height) in [(640, 480), (2048, 2048)] {
+        for sweeps in [2, 50] {
+            for threads in [2, 1] {
+                let plural = if threads == 1 { "" } else { "s" };
+                args.talk
+                    .say(&format!("girtin: {width} × {height}, {sweeps} sweeps, {threads} thread{plural}"));
+                dense.push(bench.dense(width, height, sweeps, threads)?);
+            }
+        }
+    }
+    let sparse = if args.quick { Vec::new() } else { bench.sparse()? };
+    if args.json {
+        let dense: Vec<Value> = dense.iter().map(Dense::to_json).collect();
+        let sparse: Vec<Value> = sparse.iter().map(Sparse::to_json).collect();
+        return print(&format!("{:#}\n", json!({ "dense": dense, "sparse": sparse })));
+    }
+    print(&table(&dense, &sparse))
+}
+
+/// The means of measuring.
+struct Bench<'a> {
+    args: &'a WashBenchArgs,
+    interrupt: &'a Interrupt,
+    /// Paper, repeated over any canvas.
+    patch: Raster<f32>,
+    /// What is timed at once takes at least so long.
+    min_seconds: f64,
+}
+
+/// Side of the piece of paper that is repeated, cells.
+const PATCH: usize = 512;
+
+fn patch() -> Raster<f32> {
+    let papers = Papers::builtin();
+    let paper = papers.iter().find(|paper| paper.id == "cold-press").or_else(|| papers.iter().next());
+    let side = PATCH as f64 / 4.0;
+    paper.map_or(Raster::new(PATCH, PATCH, 0.5), |paper| {
+        Sheet::tiled(paper, 7, [side; 2]).height_field(PATCH, PATCH, 4.0, [0.0, 0.0])
+    })
+}
+
+/// A rectangle of cells: column, row, columns, rows.
+type Rect = [usize; 4];
+
+impl Bench<'_> {
+    /// A wash on a canvas, wet in these rectangles.
+    fn wash(&self, width: usize, height: usize, wet: &[Rect], sweeps: u32) -> Result<Wash, Failure> {
+        let mut state = WashState::empty(Layout::new(width, height), 1);
+        for &[x, y, columns, rows] in wet {
+            for y in y..y + rows {
+                let run = x..x + columns;
+                let ground = self.patch.row(y % PATCH);
+                for x in run.clone() {
+                    state.height.cells_mut(y)[x] = ground[x % PATCH];
+                }
+                state.wet_mask.cells_mut(y)[run.clone()].fill(1);
+                state.pressure.cells_mut(y)[run.clone()].fill(0.5);
+                state.suspended[0].cells_mut(y)[run].fill(0.4);
+            }
+        }
+        // A tolerance of 0 is never reached: every step takes all its sweeps.
+        let params = C97Params { relax_max_sweeps: sweeps, relax_tolerance: 0.0, ..C97Params::default() };
+        let handling = Library::builtin().get("french-ultramarine").map(handling_of);
+        let handling = handling.map_err(Failure::failed)?;
+        Wash::new(state, WashModel::C97 { params, capillary: None }, vec![handling]).map_err(Failure::failed)
+    }
+
+    /// Seconds a step.
+    fn steps(&self, wash: &mut Wash, steps: u64, threads: usize) -> Result<f64, Failure> {
+        let config = RunConfig {
+            engine: Engine::Fast,
+            threads,
+            cancel: Some(self.interrupt.flag()),
+            ..RunConfig::default()
+        };
+        let start = Instant::now();
+        let run = wash.run(steps, &config);
+        let seconds = start.elapsed().as_secs_f64() / steps as f64;
+        self.interrupt.check()?;
+        let report = run.map_err(Failure::failed)?;
+        let WashModel::C97 { params, .. } = wash.model();
+        debug_assert_eq!(report.sweeps_total, steps * u64::from(params.relax_max_sweeps));
+        Ok(seconds)
+    }
+
+    /// How many times to do what takes so many seconds.
+    fn repeats(&self, seconds: f64) -> u64 {
+        (self.min_seconds / seconds.max(1e-9)).ceil().clamp(1.0, 1e6) as u64
+    }
+
+    fn rounds(&self) -> usize {
+        if self.args.quick { 3 } else { 9 }
+    }
+
+    /// A canvas that is wet all over.
+    fn dense(&self, width: usize, height: usize, sweeps: u32, threads: usize) -> Result<Dense, Failure> {
+        let mut wash = self.wash(width, height, &[[0, 0, width, height]], sweeps)?;
+        let mut fields = Fields::new(width * height);
+        // The first steps set things up, and meet paper and water at rest.
+        self.steps(&mut wash, 4, threads)?;
+        fields.copy(1);
+        let steps = self.repeats(self.steps(&mut wash, 2, threads)?);
+        let copies = self.repeats(fields.copy(2));
+        let (mut step_s, mut copy_s) = (Vec::new(), Vec::new());
+        for _ in 0..self.rounds() {
+            step_s.push(self.steps(&mut wash, steps, threads)?);
+            copy_s.push(fields.copy(copies));
+        }
+        let best_ratio = least(&step_s) / least(&copy_s);
+        let (step_s, copy_s) = (median(step_s), median(copy_s));
+        let max_speed = wash.state().max_speed();
+        Ok(Dense { width, height, sweeps, threads, step_s, copy_s, best_ratio, max_speed })
+    }
+
+    /// Canvases that are mostly dry, each against one that is not.
+    fn sparse(&self) -> Result<Vec<Sparse>, Failure> {
+        self.args.talk.say("girtin: a wash of 512 × 512 on a canvas of 8192 × 8192");
+        let side = 512;
+        let island = [4096, 4096, side, side];
+        let small = self.wash(side, side, &[[0, 0, side, side]], 2)?;
+        let large = self.wash(8192, 8192, &[island], 2)?;
+        let mut list = vec![self.compare("512 × 512 on 8192 × 8192 / alone", large, small)?];
+        self.args.talk.say("girtin: strokes on a tenth of 4096 × 4096");
+        let strokes = self.wash(4096, 4096, &strokes(), 2)?;
+        let dense = self.wash(2048, 2048, &[[0, 0, 2048, 2048]], 2)?;
+        list.push(self.compare("strokes on 10 % of 4096 × 4096 / 2048 × 2048 all wet", strokes, dense)?);
+        Ok(list)
+    }
+
+    fn compare(&self, name: &'static str, mut sparse: Wash, mut dense: Wash) -> Result<Sparse, Failure> {
+        const THREADS: usize = 2;
+        let mut repeats = [0; 2];
+        for (wash, repeats) in [&mut sparse, &mut dense].into_iter().zip(&mut repeats) {
+            self.steps(wash, 4, THREADS)?;
+            *repeats = self.repeats(self.steps(wash, 2, THREADS)?);
+        }
+        let (mut sparse_s, mut dense_s) = (Vec::new(), Vec::new());
+        for _ in 0..self.rounds() {
+            sparse_s.push(self.steps(&mut sparse, repeats[0], THREADS)?);
+            dense_s.push(self.steps(&mut dense, repeats[1], THREADS)?);
+        }
+        let ns = |seconds, wash: &Wash| median(seconds) * 1e9 / wet_cells(wash.state()) as f64;
+        Ok(Sparse { name, sparse_ns: ns(sparse_s, &sparse), dense_ns: ns(dense_s, &dense) })
+    }
+}
+
+/// Strokes of 8 to 24 tiles by 1 to 4, a tile being 64 × 64 cells, until a tenth of 4096 × 4096 is wet.
+fn strokes() -> Vec<Rect> {
+    const TILE: usize = 64;
+    const TILES: usize = 4096 / TILE;
+    let key = key(7, 1);
+    let mut is_wet = vec![false; TILES * TILES];
+    let mut strokes = Vec::new();
+    for number in 0.. {
+        if is_wet.iter().filter(|wet| **wet).count() * 10 >= TILES * TILES {
+            break;
+        }
+        let draw = |which, count: usize| below(at(key, [number, which]), count as u64) as usize;
+        let (long, short) = (8 + draw(0, 17), 1 + draw(1, 4));
+        let (columns, rows) = if draw(2, 2) == 0 { (long, short) } else { (short, long) };
+        let (x, y) = (draw(3, TILES - columns + 1), draw(4, TILES - rows + 1));
+        for y in y..y + rows {
+            is_wet[y * TILES + x..][..columns].fill(true);
+        }
+        strokes.push([x, y, columns, rows].map(|tiles| tiles * TILE));
+    }
+    strokes
+}
+
+fn wet_cells(state: &WashState) -> usize {
+    (0..state.layout().height())
+        .map(|y| state.wet_mask.cells(y).iter().filter(|wet| **wet != 0).count())
+        .sum()
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
+fn least(values: &[f64]) -> f64 {
+    values.iter().copied().fold(f64::INFINITY, f64::min)
+}
+
+/// The fields that a step cannot avoid, twice: u, v, p, g, d, h and M.
+struct Fields {
+    from: (Vec<Vec<f32>>, Vec<u8>),
+    to: (Vec<Vec<f32>>, Vec<u8>),
+}
+
+impl Fields {
+    fn new(cells: usize) -> Self {
+        // Not 0: untouched pages are all the same one, and copy too fast.
+        let fields = |value: u8| (vec![vec![f32::from(value); cells]; 6], vec![value; cells]);
+        Self { from: fields(1), to: fields(2) }
+    }
+
+    /// Seconds to copy all of them once, on this thread.
+    fn copy(&mut self, times: u64) -> f64 {
+        let start = Instant::now();
+        for _ in 0..times {
+            let (from, to) = (black_box(&self.from), black_box(&mut self.to));
+            for (from, to) in from.0.iter().zip(&mut to.0) {
+                to.copy_from_slice(from);
+            }
+            to.1.copy_from_slice(&from.1);
+        }
+        start.elapsed().as_secs_f64() / times as f64
+    }
+}
+
+/// A canvas that is wet all over, measured.
+struct Dense {
+    width: usize,
+    height: usize,
+    sweeps: u32,
+    threads: usize,
+    step_s: f64,
+    copy_s: f64,
+    /// The same of the fastest rounds: what is left of the ratio when nothing else runs on the machine.
+    best_ratio: f64,
+    /// Above 1, steps have sub-steps and the figures are not comparable.
+    max_speed: f32,
+}
+
+impl Dense {
+    fn ratio(&self) -> f64 {
+        self.step_s / self.copy_s
+    }
+
+    fn to_json(&self) -> Value {
+        json!({
+            "width": self.width, "height": self.height, "sweeps": self.sweeps, "threads": self.threads,
+            "step_ms": self.step_s * 1e3, "copy_ms": self.copy_s * 1e3, "ratio": self.ratio(),
+            "best_ratio": self.best_ratio, "max_speed": self.max_speed,
+        })
+    }
+}
+
+/// A mostly dry canvas against another, ns a step and wet cell.
+struct Sparse {
+    name: &'static str,
+    sparse_ns: f64,
+    dense_ns: f64,
+}
+
+impl Sparse {
+    fn to_json(&self) -> Value {
+        let ratio = self.sparse_ns / self.dense_ns;
+        json!({ "case": self.name, "sparse_ns": self.sparse_ns, "dense_ns": self.dense_ns, "ratio": ratio })
+    }
+}
+
+fn table(dense: &[Dense], sparse: &[Sparse]) -> String {
+    let mut page = String::from("size         sweeps  threads  ms/step  ms/copy   ratio    best\n");
+    for row in dense {
+        page += &format!(
+            "{:<11}  {:>6}  {:>7}  {:>7.3}  {:>7.3}  {:>6.2}  {:>6.2}\n",
+            format!("{} × {}", row.width, row.height),
+            row.sweeps,
+            row.threads,
+            row.step_s * 1e3,
+            row.copy_s * 1e3,
+            row.ratio(),
+            row.best_ratio
+        );
+    }
+    page += "\nspeed-up from 1 thread to 2\n";
+    for two in dense.iter().filter(|row| row.threads == 2) {
+        let is_same = |row: &&Dense| {
+            (row.width, row.height, row.sweeps, row.threads) == (two.width, two.height, two.sweeps, 1)
+        };
+        if let Some(one) = dense.iter().find(is_same) {
+            let size = format!("{} × {}", two.width, two.height);
+            page += &format!("{size:<11}  {:>2} sweeps  {:.2}\n", two.sweeps, one.step_s / two.step_s);
+        }
+    }
+    if !sparse.is_empty() {
+        page += "\nns a step and wet cell, 2 sweeps, 2 threads\n";
+    }
+    for row in sparse {
+        let ratio = row.sparse_ns / row.dense_ns;
+        page += &format!("{}: {:.2} / {:.2} = {ratio:.2}\n", row.name, row.sparse_ns, row.dense_ns);
+    }
+    page
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strokes_cover_a_tenth_and_stay_on_the_canvas() {
+        let strokes = strokes();
+        assert!(strokes.len() > 5);
+        for [x, y, columns, rows] in strokes {
+            assert!(x + columns <= 4096 && y + rows <= 4096);
+        }
+    }
+}

@@ -1,0 +1,111 @@
+//! `girtin effects`: the six effects of figures 1 and 2 of Curtis et al. 1997.
+
+use std::path::PathBuf;
+
+use girtin::painting::gallery::EFFECTS;
+use girtin::painting::{Document, Stock};
+
+use crate::arguments::{PictureArgs, ThreadArgs};
+use crate::failure::{Failure, Kind};
+use crate::interrupt::Interrupt;
+use crate::output::{OutputArgs, Outputs, make_folder};
+use crate::paint::Job;
+use crate::progress::TalkArgs;
+
+/// Paints the six effects of Curtis et al. 1997, a picture each
+///
+/// Drybrush, edge darkening, backrun, granulation, flow and glazing.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  girtin effects effects
+  girtin effects effects --size 1024 --seed 3 --overwrite")]
+pub struct EffectsArgs {
+    /// Folder to write to; it is made if it is not there
+    #[arg(value_name = "OUT_DIR")]
+    folder: PathBuf,
+    #[command(flatten)]
+    gallery: GalleryArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    #[command(flatten)]
+    talk: TalkArgs,
+}
+
+/// How a document that comes with Girtin is changed.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct GalleryArgs {
+    /// Long edge of a picture, pixels
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(16..=16384))]
+    size: Option<u32>,
+    /// Another sheet of the same paper
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
+}
+
+impl GalleryArgs {
+    /// The document as asked for.
+    ///
+    /// # Errors
+    /// It is none, which the library's tests rule out.
+    pub fn document(self, name: &str, text: &str, stock: &Stock) -> Result<Document, Failure> {
+        let mut document = Document::from_toml(name, text, stock)?;
+        if let Some(size) = self.size {
+            document = document.with_long_edge(size);
+        }
+        document.sheet.seed = self.seed.unwrap_or(document.sheet.seed);
+        Ok(document)
+    }
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// A picture exists or cannot be written.
+pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
+    args.threads.install()?;
+    make_folder(&args.folder)?;
+    let mut outputs = Outputs::new(args.output, []);
+    let stock = Stock::builtin();
+    let mut tasks = Vec::new();
+    for example in EFFECTS {
+        let document = args.gallery.document(example.name, example.text, &stock)?;
+        if let Some(target) = outputs.claim(&args.folder.join(format!("{}.png", example.name)))? {
+            tasks.push((example, document, target));
+        }
+    }
+    let (count, mut failed) = (tasks.len(), 0);
+    for (example, document, target) in tasks {
+        args.talk.say(&format!("girtin: {}", example.name));
+        let job = Job {
+            stock: &stock,
+            document: &document,
+            text: example.text,
+            folder: None,
+            picture: args.picture,
+            talk: args.talk,
+            interrupt,
+        };
+        let outcome = job.paint(&target).and_then(|staged| {
+            interrupt.check()?;
+            staged.commit()
+        });
+        match outcome {
+            Ok(()) => {}
+            Err(failure) if matches!(failure.kind(), Kind::Interrupted(_)) => return Err(failure),
+            Err(failure) => {
+                let _ = failure.report();
+                failed += 1;
+            }
+        }
+    }
+    match failed {
+        0 => Ok(()),
+        _ if failed == count => Err(Failure::failed("no picture could be painted").hint("see above")),
+        _ => Err(Failure::new(Kind::SomeOfMany, format!("{failed} of {count} pictures failed"))
+            .hint("mend what is said above and run it again with `--skip-existing`")),
+    }
+}

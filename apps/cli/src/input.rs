@@ -1,0 +1,87 @@
+//! Inputs: files, pipes and the standard input.
+
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use crate::failure::{Failure, plain};
+
+/// What can be read in any order.
+pub trait Source: Read + Seek {}
+
+impl<T: Read + Seek> Source for T {}
+
+/// A pipe's bytes beyond this go to a temporary file.
+const SPOOLED: usize = 64 << 20;
+
+/// The name of an input, for messages.
+pub fn name_of(path: &Path) -> String {
+    if path == Path::new("-") { "the standard input".to_owned() } else { format!("`{}`", path.display()) }
+}
+
+/// Opens a file; `-` is the standard input.
+///
+/// # Errors
+/// There is no such file, or it cannot be read.
+pub fn open(path: &Path) -> Result<Box<dyn Source>, Failure> {
+    if path == Path::new("-") {
+        return spool(io::stdin().lock()).map_err(|error| cannot_read(path, &error));
+    }
+    let file = File::open(path).map_err(|error| cannot_read(path, &error))?;
+    let kind = file.metadata().map_err(|error| cannot_read(path, &error))?.file_type();
+    if kind.is_dir() {
+        return Err(Failure::input(format!("`{}` is a folder", path.display())).hint("name a file in it"));
+    }
+    if kind.is_file() { Ok(Box::new(file)) } else { spool(file).map_err(|error| cannot_read(path, &error)) }
+}
+
+/// Archives and pictures are read in any order; a pipe only forwards.
+fn spool(mut pipe: impl Read) -> io::Result<Box<dyn Source>> {
+    let mut file = tempfile::spooled_tempfile(SPOOLED);
+    io::copy(&mut pipe, &mut file)?;
+    file.flush()?;
+    file.seek(SeekFrom::Start(0))?;
+    Ok(Box::new(file))
+}
+
+/// The text of a TOML file.
+///
+/// # Errors
+/// There is no such file, it cannot be read or is not text.
+pub fn read_text(path: &Path) -> Result<String, Failure> {
+    let mut bytes = Vec::new();
+    // One byte more than is read as TOML, which then says so.
+    let most = girtin::params::read::MAX_TEXT as u64 + 1;
+    open(path)?.take(most).read_to_end(&mut bytes).map_err(|error| cannot_read(path, &error))?;
+    String::from_utf8(bytes).map_err(|error| {
+        Failure::input(format!(
+            "{} is not text: byte {} is not UTF-8",
+            name_of(path),
+            error.utf8_error().valid_up_to()
+        ))
+        .hint("save it as UTF-8")
+    })
+}
+
+fn cannot_read(path: &Path, error: &io::Error) -> Failure {
+    let hint = match error.kind() {
+        io::ErrorKind::NotFound => match nearest_file(path) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None => "look at the spelling and the folder".to_owned(),
+        },
+        io::ErrorKind::PermissionDenied => "its rights do not let you read it".to_owned(),
+        _ => "copy the file again".to_owned(),
+    };
+    Failure::input(format!("cannot read {}: {}", name_of(path), plain(error))).hint(hint)
+}
+
+/// The file in the same folder whose name is nearest.
+fn nearest_file(path: &Path) -> Option<String> {
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let entries = fs::read_dir(folder.unwrap_or(Path::new("."))).ok()?;
+    // A folder may be huge, and this is only a hint.
+    let names: Vec<String> =
+        entries.take(1000).filter_map(|entry| entry.ok()?.file_name().into_string().ok()).collect();
+    let near = girtin::params::nearest(path.file_name()?.to_str()?, names.iter().map(String::as_str))?;
+    Some(folder.map_or(near.to_owned(), |folder| folder.join(near).display().to_string()))
+}

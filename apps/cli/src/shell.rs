@@ -1,0 +1,69 @@
+//! `girtin completions` and `girtin man`: what shells and `man` read, made from the parser itself.
+
+use std::path::PathBuf;
+
+use clap::Command;
+use clap_complete::Shell;
+use clap_mangen::Man;
+
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::output::{OutputArgs, Outputs, make_folder, print};
+
+/// Prints completions for a shell
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  girtin completions bash > ~/.local/share/bash-completion/completions/girtin
+  girtin completions fish > ~/.config/fish/completions/girtin.fish")]
+pub struct CompletionsArgs {
+    /// The shell
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Writes man pages, one a verb, into a folder
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  girtin man ~/.local/share/man/man1
+  girtin man pages --overwrite")]
+pub struct ManArgs {
+    /// The folder; it is made if it is not there
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Prints completions.
+///
+/// # Errors
+/// Nobody reads them.
+pub fn completions(args: &CompletionsArgs, command: &mut Command) -> Result<(), Failure> {
+    // Not to the standard output itself: the generator panics if it is closed.
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, command, "girtin", &mut text);
+    print(&String::from_utf8_lossy(&text))
+}
+
+/// Writes man pages.
+///
+/// # Errors
+/// A page exists or cannot be written.
+pub fn man(args: &ManArgs, mut command: Command, interrupt: &Interrupt) -> Result<(), Failure> {
+    command = command.disable_help_subcommand(true);
+    command.build();
+    make_folder(&args.folder)?;
+    let mut outputs = Outputs::new(args.output, []);
+    let mut pages = Vec::new();
+    let mut rest = vec![command];
+    while let Some(command) = rest.pop() {
+        rest.extend(command.get_subcommands().filter(|verb| !verb.is_hide_set()).cloned());
+        let man = Man::new(command).source(crate::arguments::SOFTWARE).manual("Girtin");
+        let target = outputs.claim(&args.folder.join(man.get_filename()))?;
+        pages.extend(target.map(|target| (man, target)));
+    }
+    for (man, target) in pages {
+        target.write(interrupt, |mut writer| Ok(man.render(&mut writer)?))?;
+    }
+    Ok(())
+}

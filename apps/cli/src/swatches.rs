@@ -1,0 +1,60 @@
+//! `girtin swatches`: figure 5 of Curtis et al. 1997.
+
+use std::path::PathBuf;
+
+use girtin::painting::Stock;
+use girtin::painting::gallery::SWATCHES;
+
+use crate::arguments::{PictureArgs, ThreadArgs};
+use crate::effects::GalleryArgs;
+use crate::failure::Failure;
+use crate::interrupt::Interrupt;
+use crate::output::{OutputArgs, Outputs};
+use crate::paint::Job;
+use crate::progress::TalkArgs;
+
+/// Paints the twelve swatches of Curtis et al. 1997, figure 5
+///
+/// Simulated washes, thick and thin, over white and a black stripe; for plain ramps see `girtin pigments --swatch`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  girtin swatches swatches.png
+  girtin swatches large.png --size 2400 --seed 3")]
+pub struct SwatchesArgs {
+    /// Picture to write, PNG; `-` is the standard output
+    #[arg(value_name = "OUT")]
+    out: PathBuf,
+    #[command(flatten)]
+    gallery: GalleryArgs,
+    #[command(flatten)]
+    output: OutputArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    #[command(flatten)]
+    talk: TalkArgs,
+}
+
+/// Runs the verb.
+///
+/// # Errors
+/// The picture exists or cannot be written.
+pub fn run(args: &SwatchesArgs, interrupt: &Interrupt) -> Result<(), Failure> {
+    args.threads.install()?;
+    let stock = Stock::builtin();
+    let document = args.gallery.document(SWATCHES.name, SWATCHES.text, &stock)?;
+    let Some(target) = Outputs::new(args.output, []).claim(&args.out)? else { return Ok(()) };
+    let job = Job {
+        stock: &stock,
+        document: &document,
+        text: SWATCHES.text,
+        folder: None,
+        picture: args.picture,
+        talk: args.talk,
+        interrupt,
+    };
+    let staged = job.paint(&target)?;
+    interrupt.check()?;
+    staged.commit()
+}

@@ -1,0 +1,437 @@
+//! `girtin wash`: runs one wash from a state file.
+
+use std::fmt::Display;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use girtin::grid::{Layout, Raster};
+use girtin::optics::{Coefficients, LinearRgb, Pigment};
+use girtin::painting::picture::write_png;
+use girtin::painting::state_file::{self, StateFileError};
+use girtin::painting::{WashSettings, composite, handling_of};
+use girtin::wash::{RunConfig, RunError, RunReport, StateError, Wash, WashModel, WashState};
+use serde_json::json;
+
+use crate::arguments::{ModelArgs, PictureArgs, PigmentFiles, ThreadArgs, parse_ground, unknown_pigment};
+use crate::failure::{Failure, Kind};
+use crate::input;
+use crate::interrupt::Interrupt;
+use crate::output::{OutputArgs, Outputs, Staged, Target, print};
+use crate::progress::{Progress, TalkArgs};
+
+/// Runs one wash from a state file
+///
+/// Parameters come from --params, else from `wash.toml` in the state's folder, else from the model; flags go over
+/// them. A state is an .npz file with `wet_mask` and any of `height`, `u`, `v`, `pressure`, `saturation`,
+/// `suspended`, `deposited`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = "Examples:
+  girtin wash --state in.npz --steps 200 --save out.npz --image out.png
+  girtin wash --state in.npz --pigments viridian --steps 240 --image frames/####.png --every 8")]
+pub struct WashArgs {
+    /// State to begin with, .npz; `-` is the standard input
+    #[arg(long, value_name = "FILE")]
+    state: PathBuf,
+    /// Steps to run
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(0..=MOST_STEPS))]
+    steps: u64,
+    /// Parameters and names of pigments, TOML
+    #[arg(long, value_name = "FILE")]
+    params: Option<PathBuf>,
+    /// Pigments in the order of the state's first axis, by any of their names
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    pigments: Option<Vec<String>>,
+    #[command(flatten)]
+    pigment_files: PigmentFiles,
+    /// Where to save the state; `-` is the standard output
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    save: Option<PathBuf>,
+    /// Where to write the picture, PNG; `-` is the standard output, `####` becomes the number of the step
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    image: Option<PathBuf>,
+    /// Write a picture every N steps and one of the last; needs `####` in --image
+    #[arg(long, value_name = "N", requires = "image", help_heading = OUTPUT,
+          value_parser = clap::value_parser!(u64).range(1..))]
+    every: Option<u64>,
+    /// What the picture is painted on: white, black or #rrggbb
+    #[arg(long, value_name = "COLOR", default_value = "white", value_parser = parse_ground, help_heading = OUTPUT)]
+    over: LinearRgb,
+    /// Print what was done as JSON; on the standard error if the standard output is taken
+    #[arg(long, help_heading = OUTPUT)]
+    json: bool,
+    #[command(flatten)]
+    output: OutputArgs,
+    #[command(flatten)]
+    picture: PictureArgs,
+    /// Read and check everything, say what would be done, and do nothing
+    #[arg(long)]
+    dry_run: bool,
+    #[command(flatten)]
+    threads: ThreadArgs,
+    #[command(flatten)]
+    talk: TalkArgs,
+    #[command(flatten)]
+    model: ModelArgs,
+}
+
+const OUTPUT: &str = "Output";
+
+/// More would run for years; a slip of the finger.
+const MOST_STEPS: u64 = 1_000_000_000;
+
+/// More pictures than any folder is good for.
+const MOST_FRAMES: u64 = 100_000;
+
+/// File of parameters that is found without being named.
+const SETTINGS: &str = "wash.toml";
+
+/// What a wet cell costs in a step on one thread, ns: once, and for every sweep of relaxation. For estimates.
+const STEP_NS: f64 = 3.0;
+const SWEEP_NS: f64 = 0.6;
+
+/// Runs the verb.
+///
+/// # Errors
+/// As the contract of the command line says.
+pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
+    args.threads.install()?;
+    let frames = Frames::new(args)?;
+    let settings_file = args.params.clone().or_else(|| found_settings(&args.state));
+    let settings = match &settings_file {
+        Some(path) => WashSettings::from_toml(&path.display().to_string(), &input::read_text(path)?)?,
+        None => WashSettings::default(),
+    };
+    let model = args.model.over(settings.model)?;
+    let pigments = pigments(args, &settings, settings_file.as_deref())?;
+
+    let inputs = [&args.state].into_iter().chain(&settings_file).chain(&args.pigment_files.files);
+    let mut outputs = Outputs::new(args.output, inputs.map(PathBuf::as_path));
+    let mut claim = |path: &Option<PathBuf>| path.as_ref().map(|path| outputs.claim(path)).transpose();
+    let save = claim(&args.save)?;
+    let image = if frames.is_some() { None } else { claim(&args.image)? };
+    // `Some(None)` is an output that is there already and to be left.
+    let wanted = [&save, &image].into_iter().flatten().count();
+    let left = [&save, &image].into_iter().filter(|target| matches!(target, Some(None))).count();
+    let (save, image) = (save.flatten(), image.flatten());
+    let frames = frames.map(|frames| frames.claim(&mut outputs, interrupt)).transpose()?;
+    if wanted > 0 && left == wanted && frames.is_none() {
+        args.talk.say("girtin: every output exists; nothing to do");
+        return Ok(());
+    }
+    if [&save, &image].into_iter().flatten().filter(|target| target.is_stdout()).count() > 1 {
+        return Err(Failure::usage("two outputs are `-`").hint("write one of them to a file"));
+    }
+
+    let state = read_state(&args.state)?;
+    let handlings = pigments.iter().map(handling_of).collect();
+    let name = input::name_of(&args.state);
+    let wash = Wash::new(state, model, handlings).map_err(|error| refused(&name, &error, &pigments, args))?;
+    interrupt.check()?;
+    if args.dry_run {
+        return print(&plan(args, wash.state(), &model, &pigments, settings_file.as_deref()));
+    }
+    let mut job = Job { args, interrupt, wash, paints: pigments.iter().map(|p| p.coefficients).collect() };
+    let (report, seconds) = job.run(frames.as_deref())?;
+
+    let mut staged = Vec::new();
+    if let Some(target) = &save {
+        staged.push(target.stage(|writer| Ok(state_file::write(job.wash.state(), writer)?))?);
+    }
+    if let Some(target) = &image {
+        staged.push(job.stage_picture(target)?);
+    }
+    interrupt.check()?;
+    for output in staged {
+        output.commit()?;
+    }
+    let is_stdout_taken = [&save, &image].into_iter().flatten().any(Target::is_stdout);
+    job.tell(&report, seconds, is_stdout_taken)
+}
+
+/// `wash.toml` beside the state.
+fn found_settings(state: &Path) -> Option<PathBuf> {
+    let path = (state != Path::new("-")).then(|| state.with_file_name(SETTINGS))?;
+    path.is_file().then_some(path)
+}
+
+/// The pigments that the command line names, or else the file.
+fn pigments(
+    args: &WashArgs,
+    settings: &WashSettings,
+    settings_file: Option<&Path>,
+) -> Result<Vec<Pigment>, Failure> {
+    let library = args.pigment_files.library()?;
+    let (kind, names) = match &args.pigments {
+        Some(names) => (Kind::Usage, names),
+        None => (Kind::Input, &settings.pigments),
+    };
+    let pigment = |name: &String| match library.get(name) {
+        Ok(pigment) => Ok(pigment.clone()),
+        Err(unknown) => {
+            let failure = unknown_pigment(kind, &unknown);
+            Err(match settings_file.filter(|_| kind == Kind::Input) {
+                Some(file) => failure.within(&input::name_of(file)),
+                None => failure,
+            })
+        }
+    };
+    names.iter().map(pigment).collect()
+}
+
+fn read_state(path: &Path) -> Result<WashState, Failure> {
+    state_file::read(input::open(path)?).map_err(|error| {
+        let kind = if matches!(error, StateFileError::Read(_)) { Kind::Failed } else { Kind::Input };
+        let hint = error.hint().unwrap_or_else(|| "every array must fit `wet_mask`".to_owned());
+        Failure::new(kind, format!("{}: {error}", input::name_of(path))).hint(hint)
+    })
+}
+
+/// Why a state that could be read cannot run.
+fn refused(name: &str, error: &StateError, pigments: &[Pigment], args: &WashArgs) -> Failure {
+    let hint = match error {
+        StateError::Pigments { .. } if pigments.is_empty() => {
+            format!(
+                "add `pigments = [\"french-ultramarine\", …]` to {SETTINGS}, or `--pigments`; one for each"
+            )
+        }
+        StateError::Pigments { .. } => {
+            let named: Vec<&str> = pigments.iter().map(|pigment| pigment.id.as_str()).collect();
+            let place = if args.pigments.is_some() { "--pigments" } else { "the parameter file" };
+            format!("{place} names {}; name one for each of the state's", named.join(", "))
+        }
+        _ => "mend the state or the pigment".to_owned(),
+    };
+    Failure::input(format!("{name}: {error}")).hint(hint)
+}
+
+/// Pictures on the way: a name with a place for the number of the step.
+#[derive(Debug)]
+struct Frames {
+    before: String,
+    digits: usize,
+    after: String,
+    steps: u64,
+    every: u64,
+}
+
+impl Frames {
+    /// The frames that the arguments ask for, if any.
+    fn new(args: &WashArgs) -> Result<Option<Self>, Failure> {
+        let Some(image) = &args.image else { return Ok(None) };
+        let file = image.file_name().and_then(|name| name.to_str()).unwrap_or_default();
+        let Some((before, digits, after)) = template(file) else {
+            return match args.every {
+                None => Ok(None),
+                Some(_) => Err(Failure::usage(format!(
+                    "`--every` writes many pictures, and `{}` is one name",
+                    image.display()
+                ))
+                .hint("put `####` where the number of the step goes: `--image frames/####.png`")),
+            };
+        };
+        let every = args.every.unwrap_or(args.steps.max(1));
+        if args.steps / every > MOST_FRAMES {
+            return Err(Failure::usage(format!("{} pictures are too many", args.steps / every))
+                .hint(format!("`--every` more steps; {MOST_FRAMES} pictures at most are written")));
+        }
+        let whole = |part: &str| image.with_file_name(part).display().to_string();
+        // `with_file_name` of an empty name would be the folder.
+        let before = whole(&format!("{before}#")).trim_end_matches('#').to_owned();
+        Ok(Some(Self { before, digits, after: after.to_owned(), steps: args.steps, every }))
+    }
+
+    /// The steps after which there is a picture: every so many, and the last.
+    fn steps(&self) -> impl Iterator<Item = u64> + use<> {
+        let (steps, every) = (self.steps, self.every);
+        (1..=steps / every).map(move |k| k * every).chain((steps == 0 || steps % every != 0).then_some(steps))
+    }
+
+    fn path(&self, step: u64) -> PathBuf {
+        PathBuf::from(format!("{}{step:0digits$}{}", self.before, self.after, digits = self.digits))
+    }
+
+    /// Checks all of them before the first step.
+    fn claim(
+        &self,
+        outputs: &mut Outputs,
+        interrupt: &Interrupt,
+    ) -> Result<Vec<(u64, Option<Target>)>, Failure> {
+        let claim = |step| {
+            interrupt.check()?;
+            Ok((step, outputs.claim(&self.path(step))?))
+        };
+        self.steps().map(claim).collect()
+    }
+}
+
+/// A file's name around its last run of two or more `#`.
+fn template(file: &str) -> Option<(&str, usize, &str)> {
+    let end = file.rfind("##")? + 2;
+    let before = file[..end].trim_end_matches('#');
+    Some((before, end - before.len(), &file[end..]))
+}
+
+/// A wash on its way to its outputs.
+struct Job<'a> {
+    args: &'a WashArgs,
+    interrupt: &'a Interrupt,
+    wash: Wash,
+    paints: Vec<Coefficients>,
+}
+
+impl Job<'_> {
+    /// Runs all steps, writing frames as they come; returns what was done and the seconds of simulation.
+    fn run(&mut self, frames: Option<&[(u64, Option<Target>)]>) -> Result<(RunReport, f64), Failure> {
+        let progress = self.args.talk.start(self.args.steps, "steps");
+        let last = [(self.args.steps, None)];
+        let outcome = self.run_to(frames.unwrap_or(&last), &progress);
+        progress.end();
+        outcome
+    }
+
+    fn run_to(
+        &mut self,
+        stops: &[(u64, Option<Target>)],
+        progress: &Progress,
+    ) -> Result<(RunReport, f64), Failure> {
+        let (mut report, mut seconds) = (RunReport::default(), 0.0);
+        for (step, target) in stops {
+            let before = report.steps;
+            let tell = |done| progress.at(before + done);
+            let config = RunConfig {
+                cancel: Some(self.interrupt.flag()),
+                progress: Some(&tell),
+                ..RunConfig::default()
+            };
+            let start = Instant::now();
+            let done = self.wash.run(step - before, &config).map_err(|error| self.stopped(&error, before))?;
+            seconds += start.elapsed().as_secs_f64();
+            report.steps += done.steps;
+            report.sweeps_total += done.sweeps_total;
+            if let Some(target) = target {
+                let staged = self.stage_picture(target)?;
+                self.interrupt.check()?;
+                staged.commit()?;
+            }
+        }
+        Ok((report, seconds))
+    }
+
+    fn stopped(&self, error: &RunError, before: u64) -> Failure {
+        let mut error = error.clone();
+        if let RunError::RanAway { step, .. } = &mut error {
+            *step += before;
+        }
+        stopped(&error, &error, self.interrupt)
+    }
+
+    fn stage_picture(&self, target: &Target) -> Result<Staged, Failure> {
+        let layout = self.wash.state().layout();
+        let mut picture = Raster::new(layout.width(), layout.height(), self.args.over);
+        composite::lay_over(self.wash.state(), &self.paints, &mut picture);
+        let picture = composite::encode(&picture);
+        target.stage(|writer| Ok(write_png(writer, &picture, &self.args.picture.meta(None, &[]))?))
+    }
+
+    /// Says what was done.
+    fn tell(&self, report: &RunReport, seconds: f64, is_stdout_taken: bool) -> Result<(), Failure> {
+        let state = self.wash.state();
+        let (speed, water, pigment) = (state.max_speed(), state.water_total(), state.pigment_totals());
+        let RunReport { steps, sweeps_total } = *report;
+        if self.args.json {
+            let text = json!({
+                "steps": steps, "sweeps_total": sweeps_total, "max_speed": speed,
+                "pigment": pigment, "water": water, "seconds": seconds,
+            });
+            if !is_stdout_taken {
+                return print(&format!("{text}\n"));
+            }
+            eprintln!("{text}");
+            return Ok(());
+        }
+        self.args.talk.say(&format!(
+            "girtin: {steps} steps, {sweeps_total} sweeps in {seconds:.2} s; fastest water {speed:.3} cells a step"
+        ));
+        Ok(())
+    }
+}
+
+/// Why a run ended early; `said` is the error as its caller words it.
+pub fn stopped(error: &RunError, said: &dyn Display, interrupt: &Interrupt) -> Failure {
+    match error {
+        RunError::Cancelled { .. } => interrupt.failure(),
+        RunError::Threads { .. } => Failure::failed(said).hint("use fewer `--threads`"),
+        RunError::RanAway { likely, .. } => {
+            let advice = match *likely {
+                "viscosity" | "relax_rate" => "lower it to 0.25 or less",
+                "slope_scale" => "lower it to 1 or less",
+                _ => "pour less water: a puddle is 0.3 to 1.5",
+            };
+            Failure::failed(said).hint(format!("look at `{likely}`: {advice}"))
+        }
+    }
+}
+
+/// What would be done, on what, and what it takes.
+fn plan(
+    args: &WashArgs,
+    state: &WashState,
+    model: &WashModel,
+    pigments: &[Pigment],
+    settings_file: Option<&Path>,
+) -> String {
+    let layout = state.layout();
+    let (width, height) = (layout.width(), layout.height());
+    let wet: usize =
+        (0..height).map(|y| state.wet_mask.cells(y).iter().filter(|&&wet| wet != 0).count()).sum();
+    let WashModel::C97 { params, capillary } = model;
+    let names: Vec<&str> = pigments.iter().map(|pigment| pigment.id.as_str()).collect();
+    let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    let megabytes = memory(layout, pigments.len(), args.image.is_some()) as f64 / 1e6;
+    let threads = rayon::current_num_threads();
+    let seconds = |sweeps: u32| {
+        let ns = STEP_NS + SWEEP_NS * f64::from(sweeps);
+        ns * 1e-9 * wet as f64 * args.steps as f64 / threads as f64
+    };
+    let (least, most) = (seconds(1), seconds(params.relax_max_sweeps));
+    let source = settings_file.map_or("the model's defaults".to_owned(), input::name_of);
+    format!(
+        "state: {width} × {height} cells, {wet} of them wet\npigments: {names}\nparameters: {source}; the \
+         capillary layer is {layer}\nwork: {steps} steps on {threads} threads, about {least:.1} to {most:.1} \
+         s\nmemory: about {megabytes:.0} MB\n",
+        layer = if capillary.is_some() { "on" } else { "off" },
+        steps = args.steps,
+    )
+}
+
+/// Bytes of a state and, perhaps, of its picture.
+fn memory(layout: Layout, pigments: usize, has_picture: bool) -> usize {
+    let cells = layout.stride() * (layout.height() + 3);
+    let picture = if has_picture { size_of::<LinearRgb>() + 3 } else { 0 };
+    // The mask's bytes, five fields, and two for each pigment.
+    cells * (1 + 4 * (5 + 2 * pigments) + picture)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_run_of_hashes_is_the_number() {
+        assert_eq!(template("####.png"), Some(("", 4, ".png")));
+        assert_eq!(template("a##b###.png"), Some(("a##b", 3, ".png")));
+        assert_eq!(template("sheet#2.png"), None);
+    }
+
+    #[test]
+    fn frames_are_every_so_many_and_the_last() {
+        let steps = |steps, every| {
+            let (before, after) = (String::new(), String::new());
+            Frames { before, digits: 4, after, steps, every }.steps().collect::<Vec<_>>()
+        };
+        assert_eq!(steps(10, 4), [4, 8, 10]);
+        assert_eq!(steps(8, 4), [4, 8]);
+        assert_eq!(steps(3, 4), [3]);
+        assert_eq!(steps(0, 4), [0]);
+    }
+}
