@@ -28,8 +28,16 @@ pub struct Fast {
 #[derive(Debug)]
 struct Place {
     pool: Pool,
-    /// Columns and rows of the canvas, or `None` for the whole canvas, whose state is then lent and not copied.
-    part: Option<Rectangle>,
+    /// `None` for the whole canvas, whose state is then lent and not copied.
+    part: Option<Part>,
+}
+
+/// Runs of cells that see no other water, and the rectangle around them.
+#[derive(Debug)]
+struct Part {
+    around: Rectangle,
+    /// Row, first column and end of each, on the canvas.
+    runs: Vec<[usize; 3]>,
 }
 
 /// A rectangle of cells of the canvas.
@@ -54,13 +62,6 @@ impl Rectangle {
             bottom: self.bottom.max(other.bottom),
         }
     }
-
-    fn overlaps(self, other: Self) -> bool {
-        self.left < other.right
-            && other.left < self.right
-            && self.top < other.bottom
-            && other.top < self.bottom
-    }
 }
 
 impl Fast {
@@ -68,13 +69,18 @@ impl Fast {
     pub fn new(state: &mut WashState, task: &Task, threads: usize) -> Self {
         let canvas = state.layout();
         let parts = parts(&reach(state, task), canvas, task.edge_kernel as usize / 2);
-        let cells: usize = parts.iter().map(|part| part.cells()).sum();
-        let place = |part: Option<Rectangle>, state| Place { pool: Pool::new(state, task, threads), part };
+        let wet: usize = parts.iter().flat_map(|part| &part.runs).map(|[_, first, end]| end - first).sum();
+        let around: usize = parts.iter().map(|part| part.around.cells()).sum();
+        let place = |part: Option<Part>, state| Place { pool: Pool::new(state, task, threads), part };
         // Copying to and fro pays only where the water is a small part of the canvas.
-        let pools = if 2 * cells > canvas.width() * canvas.height() {
+        let pools = if (2 * wet).max(around) > canvas.width() * canvas.height() {
             vec![place(None, lend(state))]
         } else {
-            parts.into_iter().map(|part| place(Some(part), cut_out(state, part))).collect()
+            let parts = parts.into_iter().map(|part| {
+                let own = cut_out(state, &part);
+                place(Some(part), own)
+            });
+            parts.collect()
         };
         Self { threads, pools, fastest: None }
     }
@@ -89,7 +95,7 @@ impl Fast {
         for Place { pool, part } in &mut self.pools {
             match part {
                 None => *pool.state() = lend(state),
-                Some(part) => copy(state, *part, pool.state(), Direction::OutOfCanvas),
+                Some(part) => copy(state, part, pool.state(), Direction::OutOfCanvas),
             }
         }
     }
@@ -99,7 +105,7 @@ impl Fast {
         for Place { pool, part } in &mut self.pools {
             match part {
                 None => *state = lend(pool.state()),
-                Some(part) => copy(state, *part, pool.state(), Direction::IntoCanvas),
+                Some(part) => copy(state, part, pool.state(), Direction::IntoCanvas),
             }
         }
     }
@@ -182,58 +188,62 @@ fn lend(state: &mut WashState) -> WashState {
     std::mem::replace(state, WashState::empty(Layout::new(0, 0), 0))
 }
 
-/// Disjoint rectangles that hold all runs, those of different rectangles farther apart than `apart` cells.
-fn parts(reach: &Region, canvas: Layout, apart: usize) -> Vec<Rectangle> {
-    // Tiles so large that water in tiles that do not touch cannot see each other's edge (D6).
-    let tile = (apart + 1).max(64);
+/// All runs, parted so that those of different parts are farther apart than `apart` cells.
+fn parts(reach: &Region, canvas: Layout, apart: usize) -> Vec<Part> {
+    // Tiles so large that water in tiles that do not touch cannot see each other's edge (D6); not smaller, lest a
+    // sheet full of specks fall into too many parts.
+    let tile = (apart + 1).max(32);
     let (columns, rows) = (canvas.width().div_ceil(tile), canvas.height().div_ceil(tile));
-    let mut boxes: Vec<Option<Rectangle>> = vec![None; columns * rows];
-    for row in reach.active() {
-        let y = row - Layout::TOP;
-        for run in reach.runs(row) {
-            let (left, right) = (run.first - Layout::LEFT, (run.end - Layout::LEFT).min(canvas.width()));
-            for column in left / tile..=(right - 1) / tile {
-                let piece = Rectangle {
-                    left: left.max(column * tile),
-                    top: y,
-                    right: right.min((column + 1) * tile),
-                    bottom: y + 1,
-                };
-                let slot = &mut boxes[y / tile * columns + column];
-                *slot = Some(slot.map_or(piece, |known| known.around(piece)));
-            }
-        }
+    const DRY: usize = usize::MAX;
+    const UNKNOWN: usize = usize::MAX - 1;
+    let mut part_of = vec![DRY; columns * rows];
+    let runs = || {
+        reach.active().flat_map(|row| {
+            // Runs may be widened beyond the canvas.
+            let end = |end: usize| (end - Layout::LEFT).min(canvas.width());
+            reach.runs(row).iter().map(move |run| [row - Layout::TOP, run.first - Layout::LEFT, end(run.end)])
+        })
+    };
+    for [row, first, end] in runs() {
+        part_of[row / tile * columns..][first / tile..=(end - 1) / tile].fill(UNKNOWN);
     }
-    let mut parts: Vec<Rectangle> = Vec::new();
-    for start in 0..boxes.len() {
-        let Some(mut part) = boxes[start].take() else { continue };
+    let mut count = 0;
+    for start in 0..part_of.len() {
+        if part_of[start] != UNKNOWN {
+            continue;
+        }
+        part_of[start] = count;
         let mut next = vec![start];
         while let Some(at) = next.pop() {
             let (column, row) = (at % columns, at / columns);
             for y in row.saturating_sub(1)..=(row + 1).min(rows - 1) {
                 for x in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
-                    if let Some(piece) = boxes[y * columns + x].take() {
-                        part = part.around(piece);
+                    if part_of[y * columns + x] == UNKNOWN {
+                        part_of[y * columns + x] = count;
                         next.push(y * columns + x);
                     }
                 }
             }
         }
-        // A part that reaches around another takes it in; then it may reach around yet another.
-        while let Some(other) = parts.iter().position(|other| other.overlaps(part)) {
-            part = part.around(parts.swap_remove(other));
-        }
-        parts.push(part);
+        count += 1;
+    }
+    let nowhere = Rectangle { left: usize::MAX, top: usize::MAX, right: 0, bottom: 0 };
+    let mut parts: Vec<Part> = (0..count).map(|_| Part { around: nowhere, runs: Vec::new() }).collect();
+    for [row, first, end] in runs() {
+        // All tiles of a run touch, so the first one knows its part.
+        let part = &mut parts[part_of[row / tile * columns + first / tile]];
+        part.around = part.around.around(Rectangle { left: first, top: row, right: end, bottom: row + 1 });
+        part.runs.push([row, first, end]);
     }
     parts
 }
 
-/// A state of the part alone.
-fn cut_out(canvas: &mut WashState, part: Rectangle) -> WashState {
-    let layout = Layout::new(part.right - part.left, part.bottom - part.top);
-    let mut state = WashState::empty(layout, canvas.suspended.len());
-    for y in 0..layout.height() {
-        state.height.cells_mut(y).copy_from_slice(&canvas.height.cells(part.top + y)[part.left..part.right]);
+/// A state of the part alone; between its runs there is nothing.
+fn cut_out(canvas: &mut WashState, part: &Part) -> WashState {
+    let Rectangle { left, top, right, bottom } = part.around;
+    let mut state = WashState::empty(Layout::new(right - left, bottom - top), canvas.suspended.len());
+    for y in top..bottom {
+        state.height.cells_mut(y - top).copy_from_slice(&canvas.height.cells(y)[left..right]);
     }
     copy(canvas, part, &mut state, Direction::OutOfCanvas);
     state
@@ -245,32 +255,26 @@ enum Direction {
     IntoCanvas,
 }
 
-/// Copies all fields but the height between a canvas and a state of a part of it.
-fn copy(canvas: &mut WashState, part: Rectangle, state: &mut WashState, direction: Direction) {
-    let (width, height) = (part.right - part.left, part.bottom - part.top);
-    fn rows<T: Copy>(
-        (canvas, part): (&mut Field<T>, Rectangle),
-        state: &mut Field<T>,
-        (width, height): (usize, usize),
-        direction: Direction,
-    ) {
-        for y in 0..height {
-            let canvas = &mut canvas.row_mut(Layout::TOP + part.top + y)[Layout::LEFT + part.left..][..width];
-            let state = &mut state.row_mut(Layout::TOP + y)[Layout::LEFT..][..width];
+/// Copies the runs of all fields but the height between a canvas and a state of a part of it.
+fn copy(canvas: &mut WashState, part: &Part, state: &mut WashState, direction: Direction) {
+    fn runs<T: Copy>(canvas: &mut Field<T>, part: &Part, state: &mut Field<T>, direction: Direction) {
+        for &[y, first, end] in &part.runs {
+            let canvas = &mut canvas.cells_mut(y)[first..end];
+            let state = &mut state.cells_mut(y - part.around.top)[first - part.around.left..][..end - first];
             match direction {
                 Direction::OutOfCanvas => state.copy_from_slice(canvas),
                 Direction::IntoCanvas => canvas.copy_from_slice(state),
             }
         }
     }
-    rows((&mut canvas.wet_mask, part), &mut state.wet_mask, (width, height), direction);
-    // The faces at the part's rim are 0: they touch dry cells.
-    rows((&mut canvas.u, part), &mut state.u, (width, height), direction);
-    rows((&mut canvas.v, part), &mut state.v, (width, height), direction);
-    rows((&mut canvas.pressure, part), &mut state.pressure, (width, height), direction);
-    rows((&mut canvas.saturation, part), &mut state.saturation, (width, height), direction);
+    runs(&mut canvas.wet_mask, part, &mut state.wet_mask, direction);
+    // The faces after and below the last cell are 0: they touch dry cells.
+    runs(&mut canvas.u, part, &mut state.u, direction);
+    runs(&mut canvas.v, part, &mut state.v, direction);
+    runs(&mut canvas.pressure, part, &mut state.pressure, direction);
+    runs(&mut canvas.saturation, part, &mut state.saturation, direction);
     let suspended = canvas.suspended.iter_mut().zip(&mut state.suspended);
     for (canvas, state) in suspended.chain(canvas.deposited.iter_mut().zip(&mut state.deposited)) {
-        rows((canvas, part), state, (width, height), direction);
+        runs(canvas, part, state, direction);
     }
 }

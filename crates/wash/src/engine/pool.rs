@@ -21,7 +21,7 @@ use crate::transfer_pigment::transfer;
 use crate::update_velocities::{Momentum, SlopeRows, VelocityRows, add_slope, advance, corner_products};
 
 /// Cells below which a second band costs more than it saves.
-const CELLS_WORTH_A_BAND: usize = 4096;
+const CELLS_WORTH_A_BAND: usize = 16384;
 /// Bands for each thread: more even out a load that rows share unevenly.
 const BANDS_PER_THREAD: usize = 2;
 
