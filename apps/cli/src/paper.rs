@@ -36,7 +36,7 @@ pub struct PaperArgs {
     /// Print the list as JSON
     #[arg(long, requires = "list")]
     json: bool,
-    /// Size of the sheet, mm; a scan's own if not given [60x40]
+    /// Size of the sheet, mm: 60x40 or a scan's own, if not given
     #[arg(long, value_name = "WxH", value_parser = parse_sides)]
     size_mm: Option<[f64; 2]>,
     /// Cells, and so pixels, to a millimetre
