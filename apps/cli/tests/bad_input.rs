@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::{Array, Folder, bytes_of, npz, puddle, read_only_folder, studio};
+use common::{Array, Folder, bytes_of, npz, puddle, read_only_folder, skip, studio};
 
 const RUN: &str =
     "wash --state bad.npz --steps 3 --pigments french-ultramarine --save out.npz --image out.png";
@@ -190,7 +190,7 @@ fn places_that_cannot_be_written() {
             folder.fails(&format!("{run} --save {}", locked.join("out.npz").display()), 1);
             folder.fails(&format!("swatches {}", locked.join("out.png").display()), 1);
         }
-        None => eprintln!("skipped: no folder here is read-only for this user"),
+        None => skip("no folder here is read-only for this user"),
     }
     folder.write("out.npz", "old");
     let (cause, hint) = folder.fails(&format!("{run} --save out.npz"), 5);
@@ -298,8 +298,7 @@ fn a_terminal_shows_the_place_in_a_file() {
         script.env("NO_COLOR", no_color).env("TERM", "xterm").stdin(std::process::Stdio::null()).output()
     };
     let Ok(shown) = show("1") else {
-        eprintln!("skipped: `script`, which makes a terminal, is not installed");
-        return;
+        return skip("`script`, which makes a terminal, is not installed");
     };
     assert_eq!(shown.status.code(), Some(4));
     let plain = String::from_utf8(shown.stdout).unwrap();

@@ -6,8 +6,6 @@ pub mod reference;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use girtin_grid::Field;
-
 use crate::params::{C97Params, Capillary};
 use crate::pigment::Exchange;
 use crate::simulate_capillary_flow::Pores;
@@ -86,18 +84,19 @@ fn go_on(largest_bits: i32, cancel: &AtomicBool) -> Result<(), Stop> {
 /// Stills every face that touches a dry cell (D5), so that kernels need not look at dry cells again.
 pub fn still_dry_faces(state: &mut WashState) {
     let layout = state.layout();
-    let still = |face: &mut f32, wet: bool| {
-        // Read before writing: pages of untouched paper stay untouched.
-        if !wet && face.to_bits() != 0 {
-            *face = 0.0;
-        }
-    };
     for row in layout.rows().start..=layout.rows().end {
         let (above, here) = (state.wet_mask.row(row - 1), state.wet_mask.row(row));
-        let (u, v): (&mut Field<f32>, &mut Field<f32>) = (&mut state.u, &mut state.v);
-        for x in layout.columns().start..=layout.columns().end {
-            still(&mut u.row_mut(row)[x], here[x - 1] & here[x] != 0);
-            still(&mut v.row_mut(row)[x], above[x] & here[x] != 0);
+        let moves = |faces: &[f32]| faces.iter().fold(0, |any, face| any | face.to_bits()) != 0;
+        // Read before writing: pages of untouched paper stay untouched.
+        if moves(state.u.row(row)) {
+            for (face, both) in state.u.row_mut(row)[1..].iter_mut().zip(here.windows(2)) {
+                *face = if both[0] & both[1] != 0 { *face } else { 0.0 };
+            }
+        }
+        if moves(state.v.row(row)) {
+            for ((face, above), here) in state.v.row_mut(row).iter_mut().zip(above).zip(here) {
+                *face = if above & here != 0 { *face } else { 0.0 };
+            }
         }
     }
 }
