@@ -80,3 +80,78 @@ fn read_npz(bytes: &[u8], limits: &PictureLimits) -> Result<Raster<f32>, MapErro
         values[if header.fortran_order { x * height + y } else { y * width + x }]
     }))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+
+    use proptest::prelude::*;
+    use zip::ZipWriter;
+    use zip::write::SimpleFileOptions;
+
+    use super::*;
+    use crate::picture::{PngMeta, write_grey_png};
+
+    fn npz(arrays: &[(&str, Vec<u8>)]) -> Vec<u8> {
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+        for (name, bytes) in arrays {
+            zip.start_file(*name, SimpleFileOptions::default()).unwrap();
+            zip.write_all(bytes).unwrap();
+        }
+        zip.finish().unwrap().into_inner()
+    }
+
+    fn array(descr: &str, shape: &[usize], values: &[u8]) -> Vec<u8> {
+        let mut bytes = npy::header(descr, shape);
+        bytes.extend_from_slice(values);
+        bytes
+    }
+
+    fn floats(values: &[f32]) -> Vec<u8> {
+        values.iter().flat_map(|value| value.to_le_bytes()).collect()
+    }
+
+    fn read(bytes: &[u8]) -> Result<Raster<f32>, MapError> {
+        super::read(bytes, &PictureLimits::default())
+    }
+
+    #[test]
+    fn a_picture_and_an_array_are_the_same_map() {
+        let mut png = Vec::new();
+        let grey = Raster::from_fn(3, 2, |x, y| (100 * x + 20 * y) as u8);
+        write_grey_png(&mut png, &grey, &PngMeta::default()).unwrap();
+        let wanted = grey.map(|grey| f32::from(grey) / 255.0);
+        assert_eq!(read(&png).unwrap(), wanted);
+        let npz = npz(&[("map.npy", array("<f4", &[2, 3], &floats(wanted.as_slice())))]);
+        assert_eq!(read(&npz).unwrap(), wanted);
+    }
+
+    #[test]
+    fn what_is_no_map_is_refused_with_its_reason() {
+        let one = array("<f4", &[1, 1], &floats(&[0.5]));
+        for (bytes, reason) in [
+            (npz(&[("a.npy", one.clone()), ("b.npy", one)]), "2 arrays, not one"),
+            (npz(&[("a.npy", array("<f4", &[2], &floats(&[0.5, 0.5])))]), "1 axes, not two"),
+            (npz(&[("a.npy", array("<i8", &[1, 1], &[0; 8]))]), "the array is of"),
+            (npz(&[("a.npy", array("<f4", &[1, 2], &floats(&[0.5])))]), "ends early"),
+            (npz(&[("a.npy", array("<f4", &[1, 1], &floats(&[f32::NAN])))]), "not finite"),
+            (npz(&[("a.npy", array("<f4", &[1 << 40, 1 << 40], &[]))]), "the array is 1099511627776"),
+        ] {
+            let error = read(&bytes).unwrap_err();
+            assert!(error.to_string().contains(reason), "{error} for {reason}");
+            assert!(error.hint().is_some());
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_the_reader_panic(change in any::<u8>(), at in any::<prop::sample::Index>(), cut in any::<prop::sample::Index>()) {
+            let mut bytes = npz(&[("map.npy", array("<f8", &[2, 2], &[1; 32]))]);
+            let end = cut.index(bytes.len()) + 1;
+            let at = at.index(bytes.len());
+            bytes[at] ^= change;
+            let _ = read(&bytes);
+            let _ = read(&bytes[..end]);
+        }
+    }
+}

@@ -56,7 +56,18 @@ pub fn handling_of(pigment: &Pigment) -> PigmentHandling {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
+
+    proptest! {
+        #[test]
+        fn no_file_of_known_words_makes_the_reader_panic(
+            text in "((model|pigments|viscosity|edge_kernel|capacity|\\[capillary\\]) ?=? ?(-?[0-9e.]{0,6}|'(c97|living)'|\\[[0-9.,']*\\])\n){0,6}"
+        ) {
+            let _ = WashSettings::from_toml("wash.toml", &text);
+        }
+    }
 
     #[test]
     fn an_empty_file_is_the_model_s_defaults() {
