@@ -22,9 +22,12 @@ use crate::progress::TalkArgs;
 
 /// Measures how fast this machine paints
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin bench wash
-  girtin bench wash --quick --json")]
+  girtin bench wash --quick --json"
+)]
 pub struct BenchArgs {
     #[command(subcommand)]
     what: What,
@@ -41,9 +44,12 @@ enum What {
 /// avoid, 25 bytes a cell, on one thread, measured in turns with the steps. Figures are medians of several rounds;
 /// `best` is the ratio of the fastest, for machines that do other work as well.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin bench wash
-  girtin bench wash --quick --json")]
+  girtin bench wash --quick --json"
+)]
 struct WashBenchArgs {
     /// Fewer rounds, and no sparse cases
     #[arg(long)]

@@ -16,9 +16,12 @@ use crate::progress::TalkArgs;
 ///
 /// Drybrush, edge darkening, backrun, granulation, flow and glazing.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin effects effects
-  girtin effects effects --size 1024 --seed 3 --overwrite")]
+  girtin effects effects --size 1024 --seed 3 --overwrite"
+)]
 pub struct EffectsArgs {
     /// Folder to write to; it is made if it is not there
     #[arg(value_name = "OUT_DIR")]
@@ -73,7 +76,7 @@ pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let mut tasks = Vec::new();
     for example in EFFECTS {
         let document = args.gallery.document(example.name, example.text, &stock)?;
-        if let Some(target) = outputs.claim(&args.folder.join(format!("{}.png", example.name)))? {
+        if let Some(target) = outputs.claim(&args.folder.join(format!("{}.png", example.name)), "png")? {
             tasks.push((example, document, target));
         }
     }

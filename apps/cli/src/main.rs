@@ -41,7 +41,7 @@ use crate::interrupt::Interrupt;
     version,
     arg_required_else_help = true,
     after_help = "Examples:
-  girtin wash --state in.npz --steps 200 --save out.npz --image out.png
+  girtin wash --state in.npz --pigments cobalt-blue --steps 200 --save out.npz --image out.png
   girtin mix hansa-yellow:0.4 cerulean-blue:0.3 --then quinacridone-rose:0.2
 
 Exit codes: 0 done, 1 failed, 2 wrong command line, 3 some of many failed, 4 bad input, 5 output exists, 130 and 143 \

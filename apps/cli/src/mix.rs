@@ -13,9 +13,12 @@ use crate::output::print;
 /// Amounts are thicknesses: 1 is the swatch, and the amounts of a mixture add up. Each --then is another glaze, laid
 /// over what is dry below it.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin mix hansa-yellow:0.4 cerulean-blue:0.3 --then quinacridone-rose:0.2
-  girtin mix french-ultramarine:0.5 burnt-umber:0.4 --over '#f4efe1' --json")]
+  girtin mix french-ultramarine:0.5 burnt-umber:0.4 --over '#f4efe1' --json"
+)]
 pub struct MixArgs {
     #[command(flatten)]
     glazes: Glazes,

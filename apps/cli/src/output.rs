@@ -49,6 +49,10 @@ pub struct Outputs {
     writable: Option<PathBuf>,
 }
 
+/// Endings that promise a format; another ending is the user's own affair.
+const OTHER_FORMATS: [&str; 13] =
+    ["png", "jpg", "jpeg", "tif", "tiff", "webp", "gif", "bmp", "exr", "svg", "pdf", "npz", "npy"];
+
 impl Outputs {
     /// Outputs of a command that reads these files.
     pub fn new<'a>(args: OutputArgs, inputs: impl IntoIterator<Item = &'a Path>) -> Self {
@@ -60,7 +64,7 @@ impl Outputs {
     ///
     /// # Errors
     /// It is an input or claimed already, it exists, or its folder is missing or read-only.
-    pub fn claim(&mut self, path: &Path) -> Result<Option<Target>, Failure> {
+    pub fn claim(&mut self, path: &Path, format: &str) -> Result<Option<Target>, Failure> {
         let name = path.display().to_string();
         let overwrite = self.args.overwrite;
         let target = |place| Some(Target { place, name: name.clone(), overwrite });
@@ -85,6 +89,12 @@ impl Outputs {
             if !kind.is_file() {
                 return Ok(target(Place::Device(real.clone())));
             }
+        }
+        let ending =
+            path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if ending != format && OTHER_FORMATS.contains(&ending.as_str()) {
+            return Err(Failure::usage(format!("`{name}` would not be {ending}: this writes {format}"))
+                .hint(format!("give the output a name that ends in .{format}")));
         }
         let place = match found {
             Ok(real) => real,

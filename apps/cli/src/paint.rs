@@ -20,9 +20,12 @@ use crate::wash;
 ///
 /// Maps that the document names are looked for in its folder.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin paint still-life.toml still-life.png
-  girtin paint still-life.toml print.png --scale 2 --threads 4")]
+  girtin paint still-life.toml print.png --scale 2 --threads 4"
+)]
 pub struct PaintArgs {
     /// Document, TOML
     #[arg(value_name = "DOC")]
@@ -70,7 +73,8 @@ pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     document.sheet.seed = args.seed.unwrap_or(document.sheet.seed);
     let inputs = [&args.document].into_iter().chain(&args.pigment_files.files).chain(&args.paper_files);
     let mut outputs = Outputs::new(args.output, inputs.map(PathBuf::as_path));
-    let Some(target) = outputs.claim(&args.out)? else { return Ok(()) };
+    let Some(target) = outputs.claim(&args.out, "png")? else { return Ok(()) };
+    document.cells().map_err(|error| Failure::input(&error).hint(TOO_LARGE))?;
     if args.dry_run {
         return print(&plan(&document));
     }
@@ -163,9 +167,7 @@ impl Job<'_> {
     fn failed(&self, error: &PaintError) -> Failure {
         match error {
             PaintError::Run { source, .. } => wash::stopped(source, error, self.interrupt),
-            PaintError::Resolve(ResolveError::TooLarge { .. }) => {
-                Failure::input(error).hint("lower `--scale`, `pixels_per_mm` or `cells_per_pixel`")
-            }
+            PaintError::Resolve(ResolveError::TooLarge { .. }) => Failure::input(error).hint(TOO_LARGE),
             PaintError::Resolve(ResolveError::Open { .. }) => {
                 Failure::input(error).hint("maps lie in the document's folder")
             }
@@ -176,6 +178,9 @@ impl Job<'_> {
         }
     }
 }
+
+/// What to do about too many cells.
+const TOO_LARGE: &str = "lower `--scale`, `pixels_per_mm` or `cells_per_pixel`";
 
 /// A number that tells documents apart.
 fn fingerprint(text: &str) -> u64 {

@@ -2,8 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use girtin::grid::Raster;
-use girtin::painting::picture::{PictureError, PictureLimits, read_grey, write_png, write_png_16};
+use girtin::painting::picture::{PictureError, PictureLimits, read_grey, write_grey_png_16, write_png};
 use girtin::paper::{
     HeightSource, Paper, Papers, RakingLight, ScanError, ScanOptions, ScannedSheet, Sheet, raking_light,
 };
@@ -20,9 +19,12 @@ use crate::output::{OutputArgs, Outputs, print};
 /// NAME is a paper that comes with Girtin, a recipe in a .toml file, or a scan of real paper (.png, .jpg, .tif, with
 /// --pixels-per-mm).
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin paper cold-press sheet.png --size-mm 60x40
-  girtin paper scan.png relief.png --pixels-per-mm 12 --height height.png")]
+  girtin paper scan.png relief.png --pixels-per-mm 12 --height height.png"
+)]
 pub struct PaperArgs {
     /// Paper by name, recipe or scan
     #[arg(required_unless_present = "list")]
@@ -86,8 +88,8 @@ pub fn run(args: &PaperArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let file = Path::new(name);
     let is_file = name == "-" || has_extension(file, &["toml", "png", "jpg", "jpeg", "tif", "tiff"]);
     let mut outputs = Outputs::new(args.output, is_file.then_some(file));
-    let relief = outputs.claim(out)?;
-    let height = args.height.as_ref().map(|path| outputs.claim(path)).transpose()?.flatten();
+    let relief = outputs.claim(out, "png")?;
+    let height = args.height.as_ref().map(|path| outputs.claim(path, "png")).transpose()?.flatten();
     let (source, own_size_mm, depth_mm) = source(args, name)?;
 
     let size_mm = args.size_mm.or(own_size_mm).unwrap_or(SIZE_MM);
@@ -107,8 +109,8 @@ pub fn run(args: &PaperArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         staged.push(target.stage(|writer| Ok(write_png(writer, &seen, &meta)?))?);
     }
     if let Some(target) = height {
-        let values: Raster<[u16; 3]> = field.map(|h| [(h * 65535.0 + 0.5) as u16; 3]);
-        staged.push(target.stage(|writer| Ok(write_png_16(writer, &values, &meta)?))?);
+        let values = field.map(|h| (h * 65535.0 + 0.5) as u16);
+        staged.push(target.stage(|writer| Ok(write_grey_png_16(writer, &values, &meta)?))?);
     }
     interrupt.check()?;
     staged.into_iter().try_for_each(|output| output.commit())

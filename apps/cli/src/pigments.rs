@@ -18,9 +18,12 @@ use crate::output::{OutputArgs, Outputs, print};
 /// A swatch chart shows each pigment from clear on the left to twice a swatch on the right, over white and over a
 /// black stripe, in the order of the list, row by row.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin pigments
-  girtin pigments french-ultramarine viridian --json --swatch swatch.png")]
+  girtin pigments french-ultramarine viridian --json --swatch swatch.png"
+)]
 pub struct PigmentsArgs {
     /// Pigments by any of their names; all if none is given
     #[arg(value_name = "NAME")]
@@ -53,7 +56,7 @@ pub fn run(args: &PigmentsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     };
     if let Some(path) = &args.swatch {
         let mut outputs = Outputs::new(args.output, args.pigment_files.files.iter().map(PathBuf::as_path));
-        if let Some(target) = outputs.claim(path)? {
+        if let Some(target) = outputs.claim(path, "png")? {
             let chart = composite::encode(&chart(&pigments));
             target
                 .write(interrupt, |writer| Ok(write_png(writer, &chart, &args.picture.meta(None, &[]))?))?;

@@ -12,9 +12,12 @@ use crate::output::{OutputArgs, Outputs, make_folder, print};
 
 /// Prints completions for a shell
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin completions bash > ~/.local/share/bash-completion/completions/girtin
-  girtin completions fish > ~/.config/fish/completions/girtin.fish")]
+  girtin completions fish > ~/.config/fish/completions/girtin.fish"
+)]
 pub struct CompletionsArgs {
     /// The shell
     #[arg(value_enum)]
@@ -23,9 +26,12 @@ pub struct CompletionsArgs {
 
 /// Writes man pages, one a verb, into a folder
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin man ~/.local/share/man/man1
-  girtin man pages --overwrite")]
+  girtin man pages --overwrite"
+)]
 pub struct ManArgs {
     /// The folder; it is made if it is not there
     #[arg(value_name = "DIR")]
@@ -59,7 +65,7 @@ pub fn man(args: &ManArgs, mut command: Command, interrupt: &Interrupt) -> Resul
     while let Some(command) = rest.pop() {
         rest.extend(command.get_subcommands().filter(|verb| !verb.is_hide_set()).cloned());
         let man = Man::new(command).source(crate::arguments::SOFTWARE).manual("Girtin");
-        let target = outputs.claim(&args.folder.join(man.get_filename()))?;
+        let target = outputs.claim(&args.folder.join(man.get_filename()), "1")?;
         pages.extend(target.map(|target| (man, target)));
     }
     for (man, target) in pages {

@@ -17,9 +17,12 @@ use crate::progress::TalkArgs;
 ///
 /// Simulated washes, thick and thin, over white and a black stripe; for plain ramps see `girtin pigments --swatch`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
   girtin swatches swatches.png
-  girtin swatches large.png --size 2400 --seed 3")]
+  girtin swatches large.png --size 2400 --seed 3"
+)]
 pub struct SwatchesArgs {
     /// Picture to write, PNG; `-` is the standard output
     #[arg(value_name = "OUT")]
@@ -44,7 +47,7 @@ pub fn run(args: &SwatchesArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     args.threads.install()?;
     let stock = Stock::builtin();
     let document = args.gallery.document(SWATCHES.name, SWATCHES.text, &stock)?;
-    let Some(target) = Outputs::new(args.output, []).claim(&args.out)? else { return Ok(()) };
+    let Some(target) = Outputs::new(args.output, []).claim(&args.out, "png")? else { return Ok(()) };
     let job = Job {
         stock: &stock,
         document: &document,

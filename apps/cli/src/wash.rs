@@ -25,9 +25,12 @@ use crate::progress::{Progress, TalkArgs};
 /// them. A state is an .npz file with `wet_mask` and any of `height`, `u`, `v`, `pressure`, `saturation`,
 /// `suspended`, `deposited`.
 #[derive(Debug, clap::Args)]
-#[command(after_help = "Examples:
-  girtin wash --state in.npz --steps 200 --save out.npz --image out.png
-  girtin wash --state in.npz --pigments viridian --steps 240 --image frames/####.png --every 8")]
+#[command(
+    allow_negative_numbers = true,
+    after_help = "Examples:
+  girtin wash --state in.npz --pigments cobalt-blue --steps 200 --save out.npz --image out.png
+  girtin wash --state in.npz --pigments viridian --steps 240 --image frames/####.png --every 8"
+)]
 pub struct WashArgs {
     /// State to begin with, .npz; `-` is the standard input
     #[arg(long, value_name = "FILE")]
@@ -106,9 +109,10 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
 
     let inputs = [&args.state].into_iter().chain(&settings_file).chain(&args.pigment_files.files);
     let mut outputs = Outputs::new(args.output, inputs.map(PathBuf::as_path));
-    let mut claim = |path: &Option<PathBuf>| path.as_ref().map(|path| outputs.claim(path)).transpose();
-    let save = claim(&args.save)?;
-    let image = if frames.is_some() { None } else { claim(&args.image)? };
+    let mut claim =
+        |path: &Option<PathBuf>, format| path.as_ref().map(|path| outputs.claim(path, format)).transpose();
+    let save = claim(&args.save, "npz")?;
+    let image = if frames.is_some() { None } else { claim(&args.image, "png")? };
     // `Some(None)` is an output that is there already and to be left.
     let wanted = [&save, &image].into_iter().flatten().count();
     let left = [&save, &image].into_iter().filter(|target| matches!(target, Some(None))).count();
@@ -258,7 +262,7 @@ impl Frames {
     ) -> Result<Vec<(u64, Option<Target>)>, Failure> {
         let claim = |step| {
             interrupt.check()?;
-            Ok((step, outputs.claim(&self.path(step))?))
+            Ok((step, outputs.claim(&self.path(step), "png")?))
         };
         self.steps().map(claim).collect()
     }

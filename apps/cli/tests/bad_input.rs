@@ -118,10 +118,10 @@ fn pigments_that_are_not_there() {
     let folder = Folder::new();
     folder.write("in.npz", bytes_of(&puddle(20, 20, 2)));
     let (cause, hint) = folder.fails("wash --state in.npz --steps 1", 4);
-    assert!(cause.contains("2 suspended") && cause.contains("0 are named"), "{cause}");
+    assert!(cause.contains("2 suspended") && cause.contains("0 named"), "{cause}");
     assert!(hint.contains("pigments = ["), "{hint}");
     let (cause, _) = folder.fails("wash --state in.npz --steps 1 --pigments burnt-umber", 4);
-    assert!(cause.contains("2 suspended") && cause.contains("1 are named"), "{cause}");
+    assert!(cause.contains("2 suspended") && cause.contains("1 named"), "{cause}");
     let (cause, hint) = folder.fails("wash --state in.npz --steps 1 --pigments burnt-umber,ultramarin", 2);
     assert!(cause.contains("`ultramarin`") && hint.contains("ultramarine"), "{cause} {hint}");
     folder.write("wash.toml", "pigments = [\"burnt-umbre\", \"viridian\"]\n");
@@ -184,6 +184,14 @@ fn places_that_cannot_be_written() {
     folder.fails("paper rough none/out.png", 1);
     folder.fails("effects none/out", 1);
     folder.fails(&format!("{run} --save ."), 1);
+    let (cause, hint) = folder.fails(&format!("{run} --image out.jpg"), 2);
+    assert!(cause.contains("writes png") && hint.contains(".png"), "{cause} {hint}");
+    folder.fails(&format!("{run} --save out.png"), 2);
+    let (cause, _) = folder.fails("wash --state in.npz --steps -1", 2);
+    assert!(cause.contains("-1"), "{cause}");
+    folder.write("vast.toml", "format = 1\n[sheet]\nsize = [2000, 2000]\npixels_per_mm = 100\n");
+    let (cause, hint) = folder.fails("paint vast.toml vast.png --dry-run", 4);
+    assert!(cause.contains("cells") && hint.contains("pixels_per_mm"), "{cause} {hint}");
     folder.fails(&format!("{run} --save wash.toml/out.npz"), 1);
     match read_only_folder(&folder) {
         Some(locked) => {
@@ -196,8 +204,9 @@ fn places_that_cannot_be_written() {
     let (cause, hint) = folder.fails(&format!("{run} --save out.npz"), 5);
     assert!(cause.contains("out.npz") && hint.contains("--overwrite"), "{cause} {hint}");
     // The second output stands in the way of the first.
-    folder.fails(&format!("{run} --save new.npz --image out.npz"), 5);
-    folder.fails(&format!("{run} --save a.npz --image ./a.npz"), 2);
+    folder.write("out.png", "old");
+    folder.fails(&format!("{run} --save new.npz --image out.png"), 5);
+    folder.fails(&format!("{run} --save a --image ./a"), 2);
     folder.fails("effects wash.toml", 1);
 }
 

@@ -244,6 +244,22 @@ fn the_denser_pigment_settles_first() {
     assert!(settled(0) > 4.0 * settled(1), "umber {}, ultramarine {}", settled(0), settled(1));
 }
 
+/// Other sheets and sizes must not make the water of a recipe run away.
+#[test]
+fn recipes_hold_on_other_sheets_and_at_other_sizes() {
+    let stock = Stock::builtin();
+    for example in EFFECTS {
+        for (seed, long_edge) in [(4, 200), (7, 310), (5, 440)] {
+            let mut document =
+                Document::from_toml(example.name, example.text, &stock).unwrap().with_long_edge(long_edge);
+            document.sheet.seed = seed;
+            let no_maps = |file: &str| panic!("the gallery needs no map `{file}`");
+            let painted = document.paint(&stock, &no_maps, &PaintConfig::default());
+            assert!(painted.is_ok(), "{} with seed {seed} at {long_edge}: {:?}", example.name, painted.err());
+        }
+    }
+}
+
 /// Every document of the gallery, small, against its picture in `fidelity/golden/gallery`.
 ///
 /// With `GIRTIN_WRITE_GOLDENS=1` the pictures are written instead, and the test fails, so that nobody forgets to look.

@@ -135,7 +135,7 @@ pub enum Event {
         /// For how many steps.
         steps: u32,
         /// Water added before every step.
-        feed: Option<(f64, Area)>,
+        feed: Option<Feed>,
     },
     /// Lifts pigment.
     Lift {
@@ -149,6 +149,17 @@ pub enum Event {
         /// Water left in the pores where it was wet: at height 0, and more per height.
         damp: [f64; 2],
     },
+}
+
+/// Water that keeps coming while a wash runs, as from a brush held to the paper.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Feed {
+    /// Where.
+    pub area: Area,
+    /// How much a step.
+    pub amount: f64,
+    /// The higher the pressure the less is added, and none at this level: a puddle takes only so much.
+    pub level: f64,
 }
 
 impl Glaze {
@@ -297,8 +308,11 @@ fn read_event(table: &Table<'_>, pigments: usize) -> Result<Event, Fault> {
                 table.fault("steps", "`run` lacks `steps`").hint("add `steps`, a whole number")
             })?;
             let feed = table.table("feed", |feed| {
-                let area = feed.table("area", Area::read)?.unwrap_or_default();
-                Ok((feed.need_real("amount", -100.0..=100.0)?, area))
+                Ok(Feed {
+                    area: feed.table("area", Area::read)?.unwrap_or_default(),
+                    amount: feed.need_real("amount", 0.0..=100.0)?,
+                    level: feed.real("level", 0.001..=1000.0)?.unwrap_or(4.0),
+                })
             })?;
             Ok(Event::Run { steps, feed })
         }

@@ -170,7 +170,9 @@ fn simulate(
                 wash.soak(Patch::whole(&damp));
             }
             Deed::Run(steps, feed) => {
-                let failed = |source| PaintError::Run { glaze: index, source };
+                let failed = |before: u64| {
+                    move |source| PaintError::Run { glaze: index, source: counted_from(before, source) }
+                };
                 let report = |steps| progress(done + steps);
                 let run = RunConfig {
                     threads: config.threads,
@@ -179,11 +181,17 @@ fn simulate(
                     ..RunConfig::default()
                 };
                 match feed {
-                    None => wash.run(u64::from(*steps), &run).map(|_| ()).map_err(failed)?,
-                    Some(feed) => {
+                    None => wash.run(u64::from(*steps), &run).map(|_| ()).map_err(failed(done))?,
+                    Some((feed, level)) => {
                         for step in 0..u64::from(*steps) {
-                            wash.add_water(patch(feed));
-                            wash.run(1, &RunConfig { progress: None, ..run }).map_err(failed)?;
+                            let pressure = &wash.state().pressure;
+                            let thirsty =
+                                Raster::from_fn(feed.amount.width(), feed.amount.height(), |x, y| {
+                                    let full = pressure.cells(feed.y + y)[feed.x + x] >= *level;
+                                    if full { 0.0 } else { feed.amount.at(x, y) }
+                                });
+                            wash.add_water(Patch { amounts: &thirsty, ..patch(feed) });
+                            wash.run(1, &RunConfig { progress: None, ..run }).map_err(failed(done + step))?;
                             report(step + 1);
                         }
                     }
@@ -193,6 +201,17 @@ fn simulate(
         }
     }
     Ok((wash.into_state(), balances))
+}
+
+/// The error with its steps counted from the glaze's first.
+fn counted_from(before: u64, error: RunError) -> RunError {
+    match error {
+        RunError::RanAway { step, field, value, x, y, likely } => {
+            RunError::RanAway { step: before + step, field, value, x, y, likely }
+        }
+        RunError::Cancelled { steps } => RunError::Cancelled { steps: before + steps },
+        other => other,
+    }
 }
 
 fn patch(coverage: &Coverage) -> Patch<'_> {

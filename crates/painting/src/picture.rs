@@ -280,6 +280,17 @@ pub fn write_grey_png(writer: impl Write, picture: &Raster<u8>, meta: &PngMeta) 
     })
 }
 
+/// Writes 16-bit numbers, such as heights, with no color space.
+///
+/// # Errors
+/// As [`write_png`].
+pub fn write_grey_png_16(writer: impl Write, picture: &Raster<u16>, meta: &PngMeta) -> Result<(), PngError> {
+    let size = (picture.width(), picture.height());
+    encode(writer, size, (ColorType::Grayscale, BitDepth::Sixteen), meta, |y, bytes| {
+        bytes.extend(picture.row(y).iter().flat_map(|value| value.to_be_bytes()));
+    })
+}
+
 /// Bytes of rows that the encoder is given at once.
 const BUFFER: usize = 1 << 20;
 

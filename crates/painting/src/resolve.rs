@@ -51,8 +51,8 @@ pub enum Deed {
     Water(Coverage),
     /// Adds amounts of each pigment where covered.
     Pigment(Coverage, Vec<f64>),
-    /// Runs, with water added before every step.
-    Run(u32, Option<Coverage>),
+    /// Runs, with water added before every step where the pressure is below a level.
+    Run(u32, Option<(Coverage, f32)>),
     /// Lifts a fraction.
     Lift(Coverage),
     /// Dries; water stays in the pores where it was wet.
@@ -98,6 +98,19 @@ impl Document {
         self.sheet.size_mm.map(|mm| (mm * self.sheet.pixels_per_mm).round().max(1.0))
     }
 
+    /// Columns and rows that are simulated.
+    ///
+    /// # Errors
+    /// There are more than [`MAX_CELLS`].
+    pub fn cells(&self) -> Result<[usize; 2], ResolveError> {
+        let [width, height] =
+            self.picture_size().map(|pixels| pixels * f64::from(self.sheet.cells_per_pixel));
+        if width * height > MAX_CELLS as f64 {
+            return Err(ResolveError::TooLarge { width, height });
+        }
+        Ok([width as usize, height as usize])
+    }
+
     /// Makes a plan; `open` gives the bytes of a map's file.
     ///
     /// # Errors
@@ -108,11 +121,7 @@ impl Document {
         open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
     ) -> Result<Plan, ResolveError> {
         let sheet = &self.sheet;
-        let cells = self.picture_size().map(|pixels| pixels * f64::from(sheet.cells_per_pixel));
-        if cells[0] * cells[1] > MAX_CELLS as f64 {
-            return Err(ResolveError::TooLarge { width: cells[0], height: cells[1] });
-        }
-        let [width, height] = cells.map(|cells| cells as usize);
+        let [width, height] = self.cells()?;
         let paper =
             stock.papers.get(&sheet.paper).map_err(|error| ResolveError::Unknown(error.to_string()))?;
         let cells_per_mm = sheet.pixels_per_mm * f64::from(sheet.cells_per_pixel);
@@ -165,7 +174,10 @@ impl Event {
             Self::Water { area, amount } => Deed::Water(scaled(area, *amount)?),
             Self::Pigment { area, amounts } => Deed::Pigment(cover(area)?, amounts.clone()),
             Self::Run { steps, feed } => {
-                let feed = feed.as_ref().map(|(amount, area)| scaled(area, *amount)).transpose()?;
+                let feed = feed
+                    .as_ref()
+                    .map(|feed| Ok::<_, ResolveError>((scaled(&feed.area, feed.amount)?, feed.level as f32)));
+                let feed = feed.transpose()?;
                 Deed::Run(*steps, feed)
             }
             Self::Lift { area, fraction } => Deed::Lift(scaled(area, *fraction)?),

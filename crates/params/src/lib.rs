@@ -29,7 +29,8 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
             let plain = candidate.to_lowercase().replace(['_', ' '], "-");
             let distance = strsim::damerau_levenshtein(&wanted, &plain);
             let allowed = (wanted.chars().count().max(plain.chars().count()) / 3).max(2);
-            let part = wanted.len() >= 4 && (plain.contains(&wanted) || wanted.contains(&plain));
+            let part =
+                wanted.len().min(plain.len()) >= 4 && (plain.contains(&wanted) || wanted.contains(&plain));
             (distance <= allowed || part).then_some((!part as usize * 2 + distance, candidate))
         })
         .min_by_key(|&(distance, _)| distance)
@@ -56,6 +57,7 @@ mod tests {
         assert_eq!(nearest("Viscous-Drag", known), Some("viscous_drag"));
         assert_eq!(nearest("edge", known), Some("edge_darkening"));
         assert_eq!(nearest("zzzzzz", known), None);
+        assert_eq!(nearest("bogus", ["u", "v"]), None);
     }
 
     #[test]

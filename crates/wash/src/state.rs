@@ -46,7 +46,7 @@ pub enum StateError {
     },
     /// The number of pigments is not that of the pigment fields.
     #[error(
-        "the state holds {suspended} suspended and {deposited} deposited pigments, but {handlings} are named"
+        "the state holds {suspended} suspended and {deposited} deposited pigments, and {handlings} named"
     )]
     Pigments {
         /// Suspended fields.
