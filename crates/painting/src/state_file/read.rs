@@ -101,10 +101,16 @@ fn open<R: Read + Seek>(reader: R) -> Result<Archive<R>, StateFileError> {
     if start == npy::MAGIC {
         return Err(StateFileError::OneArray);
     }
+    if start.starts_with(b"\x89PNG") || start.starts_with(b"\xff\xd8") {
+        return Err(StateFileError::NotNpz { why: "it is a picture".to_owned() });
+    }
     reader.seek(SeekFrom::Start(0)).map_err(StateFileError::Read)?;
     let archive = ZipArchive::new(reader).map_err(|error| match error {
         ZipError::Io(error) if !is_damage(&error) => StateFileError::Read(error),
-        ZipError::InvalidArchive(why) => StateFileError::NotNpz { why: why.into_owned() },
+        // What the zip reader says of its own blocks helps no painter.
+        ZipError::InvalidArchive(_) | ZipError::Io(_) => {
+            StateFileError::NotNpz { why: "it is damaged, cut short or something else".to_owned() }
+        }
         other => StateFileError::NotNpz { why: other.to_string() },
     })?;
     if archive.has_duplicate_names() {
