@@ -92,11 +92,7 @@ pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
             talk: args.talk,
             interrupt,
         };
-        let outcome = job.paint(&target).and_then(|staged| {
-            interrupt.check()?;
-            staged.commit()
-        });
-        match outcome {
+        match job.deliver(&target) {
             Ok(()) => {}
             Err(failure) if matches!(failure.kind(), Kind::Interrupted(_)) => return Err(failure),
             Err(failure) => {

@@ -87,9 +87,7 @@ pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         talk: args.talk,
         interrupt,
     };
-    let staged = job.paint(&target)?;
-    interrupt.check()?;
-    staged.commit()
+    job.deliver(&target)
 }
 
 /// What would be done.
@@ -133,11 +131,21 @@ pub struct Job<'a> {
 }
 
 impl Job<'_> {
+    /// Paints the document and gives the picture its name, unless a signal came meanwhile.
+    ///
+    /// # Errors
+    /// As [`Job::paint`], or it was interrupted.
+    pub fn deliver(&self, target: &Target) -> Result<(), Failure> {
+        let staged = self.paint(target)?;
+        self.interrupt.check()?;
+        staged.commit()
+    }
+
     /// Paints the document; the picture does not have its name yet.
     ///
     /// # Errors
     /// The document cannot be painted, or its picture not be written.
-    pub fn paint(&self, target: &Target) -> Result<Staged, Failure> {
+    fn paint(&self, target: &Target) -> Result<Staged, Failure> {
         let progress = self.talk.start(self.document.steps(), "steps");
         let tell = |done, _| progress.at(done);
         let config = PaintConfig {

@@ -57,7 +57,5 @@ pub fn run(args: &SwatchesArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         talk: args.talk,
         interrupt,
     };
-    let staged = job.paint(&target)?;
-    interrupt.check()?;
-    staged.commit()
+    job.deliver(&target)
 }

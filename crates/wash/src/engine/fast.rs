@@ -120,6 +120,14 @@ impl Fast {
         }
     }
 
+    /// Works on all pools.
+    fn each(&mut self, work: impl Fn(&mut Pool) + Sync + Send) {
+        self.largest(|pool| {
+            work(pool);
+            0
+        });
+    }
+
     /// One step of C97's MainLoop; returns the number of relaxation sweeps.
     ///
     /// # Source
@@ -132,16 +140,10 @@ impl Fast {
         let n = substeps(fastest)?;
         for substep in 1..=n {
             go_on(fastest, cancel)?;
-            self.largest(|pool| {
-                pool.carry(task, 1.0 / n as f32, substep == n);
-                0
-            });
+            self.each(|pool| pool.carry(task, 1.0 / n as f32, substep == n));
         }
         if let Some(pores) = &task.pores {
-            self.largest(|pool| {
-                pool.simulate_capillary_flow(task, pores);
-                0
-            });
+            self.each(|pool| pool.simulate_capillary_flow(task, pores));
         }
         Ok(sweeps)
     }
@@ -152,20 +154,14 @@ impl Fast {
         let steepest = self.pools.iter().map(|place| place.pool.steepest()).fold(0.0, f32::max);
         let bound = self.fastest.map_or(f32::INFINITY, |fastest| (fastest + steepest) * (1.0 + 1e-5));
         if bound <= 1.0 {
-            self.largest(|pool| {
-                pool.advance(task.momentum(1.0), Some(task.slope_scale));
-                0
-            });
+            self.each(|pool| pool.advance(task.momentum(1.0), Some(task.slope_scale)));
             return go_on(0, cancel);
         }
         let fastest = self.largest(|pool| pool.slope(task.slope_scale));
         let n = substeps(fastest)?;
         for _ in 0..n {
             go_on(fastest, cancel)?;
-            self.largest(|pool| {
-                pool.advance(task.momentum(1.0 / n as f32), None);
-                0
-            });
+            self.each(|pool| pool.advance(task.momentum(1.0 / n as f32), None));
         }
         Ok(())
     }
