@@ -95,6 +95,11 @@ impl<T: Copy> Field<T> {
         self.layout
     }
 
+    /// Number of rows, those of the border included.
+    pub fn row_count(&self) -> usize {
+        self.data.len() / self.layout.stride
+    }
+
     /// One row of the field with its border.
     ///
     /// # Panics
@@ -171,7 +176,12 @@ pub struct Band<'a, T> {
     data: &'a mut [T],
 }
 
-impl<T: Copy> Band<'_, T> {
+impl<'a, T: Copy> Band<'a, T> {
+    /// The values of all its rows.
+    pub fn into_rows(self) -> &'a mut [T] {
+        self.data
+    }
+
     /// The field rows of the band.
     pub fn rows(&self) -> Range<usize> {
         self.first..self.first + self.data.len() / self.stride

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 
-use crate::engine::fast::Fast;
-use crate::engine::{Stop, Task, reference, still_dry_faces};
-use crate::flow_outward::Outflow;
+use crate::engine::c97::C97Run;
+use crate::engine::pools::Pools;
+use crate::engine::{Stop, Task, still_dry_faces};
 use crate::params::{C97Params, WashModel};
 use crate::pigment::PigmentHandling;
 use crate::state::{StateError, WashState};
@@ -84,21 +84,14 @@ pub enum RunError {
     },
 }
 
-/// What an engine keeps from run to run.
-#[derive(Debug)]
-enum Kept {
-    Fast(Fast),
-    Outflow(Outflow),
-}
-
 /// A wash: its state, what it does, and its pigments.
 #[derive(Debug)]
 pub struct Wash {
     pub(crate) state: WashState,
     model: WashModel,
     handlings: Vec<PigmentHandling>,
-    /// What the engine of the last run kept; `None` if where the water is has changed since.
-    kept: Option<Kept>,
+    /// What the last run kept; `None` if where the water is has changed since.
+    kept: Option<C97Run>,
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -194,29 +187,24 @@ impl Wash {
         let WashModel::C97 { params, capillary } = self.model;
         let exchanges = self.handlings.iter().map(PigmentHandling::exchange).collect();
         let task = Task::new(&params, capillary.as_ref(), exchanges);
-        let mut kept = match (self.kept.take(), config.engine) {
-            (Some(Kept::Outflow(outflow)), Engine::Reference) => Kept::Outflow(outflow),
-            (Some(Kept::Fast(mut fast)), Engine::Fast) if fast.threads() == threads => {
-                fast.take(&mut self.state);
-                Kept::Fast(fast)
+        let mut kept = match self.kept.take() {
+            Some(mut kept) if kept.pools.are_for(config.engine, threads) => {
+                kept.pools.take(&mut self.state);
+                kept
             }
-            (_, engine) => {
+            _ => {
                 still_dry_faces(&mut self.state);
-                match engine {
-                    Engine::Fast => Kept::Fast(Fast::new(&mut self.state, &task, threads)),
-                    Engine::Reference => Kept::Outflow(reference::outflow(&self.state, &task)),
-                }
+                C97Run::new(match config.engine {
+                    Engine::Fast => Pools::new(&mut self.state, &task, threads),
+                    Engine::Reference => Pools::plain(&mut self.state, &task),
+                })
             }
         };
         let never = AtomicBool::new(false);
         let cancel = config.cancel.unwrap_or(&never);
         let mut ended = Ok(());
         for done in 0..steps {
-            let stepped = match &mut kept {
-                Kept::Fast(fast) => fast.step(&task, cancel),
-                Kept::Outflow(outflow) => reference::step(&mut self.state, &task, outflow, cancel),
-            };
-            match stepped {
+            match kept.step(&task, cancel) {
                 Ok(sweeps) => report.sweeps_total += u64::from(sweeps),
                 Err(stop) => {
                     ended = Err((stop, done));
@@ -228,9 +216,7 @@ impl Wash {
                 progress(report.steps);
             }
         }
-        if let Kept::Fast(fast) = &mut kept {
-            fast.give_back(&mut self.state);
-        }
+        kept.pools.give_back(&mut self.state);
         match ended {
             Ok(()) => {
                 self.kept = Some(kept);

@@ -1,8 +1,18 @@
-//! The two ways to run the row kernels. They give the same bits.
+//! How row kernels become steps.
+//!
+//! A model is a list of passes, a pass a list of row stages ([`stage`]) that go down the rows together ([`pipeline`]).
+//! There is one mechanism for both models, and for both engines: the fast one runs whole passes in bands over the runs
+//! of wet cells of each pool; the plain one runs every routine by itself over the whole canvas. They give the same bits.
 
-pub mod fast;
-pub mod pool;
-pub mod reference;
+pub mod c97;
+mod pipeline;
+mod pool;
+pub mod pools;
+mod rows;
+mod scratch;
+mod stage;
+mod stages;
+mod world;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 

@@ -1,24 +1,17 @@
-//! One pool of water: the passes of a step over its runs of wet cells, in bands of rows.
-//!
-//! A pass goes down the rows of a band in place. What a row's kernel needs of rows that were already changed is kept
-//! in a ring of rows; what it needs of a neighbouring band is saved before the bands start. So bands depend on
-//! nothing that another one changes, and their number changes no bit.
-//!
-//! Passes of a step: slope and velocities; each relaxation sweep; outflow and speeds; pigment and its exchange with
-//! the paper; capillary water. Between them stand only the maxima on which the next pass depends.
+//! One pool of water: a state, and the passes of row stages over its runs of wet cells, in bands of rows.
 
 use girtin_grid::Field;
 use rayon::prelude::*;
 
 use super::Task;
-use crate::flow_outward::{Outflow, draw_off};
-use crate::move_pigment::{SuspendedRows, carry, outflow_speeds};
+use super::pipeline::{depth, descend};
+use super::rows::{Halo, Rows, share};
+use super::scratch::Scratch;
+use super::stage::Stage;
+use super::world::{Changes, Found, World};
+use crate::flow_outward::Outflow;
 use crate::region::Region;
-use crate::relax_divergence::{CorrectionRows, FlowRows, apply, divergence};
-use crate::simulate_capillary_flow::{PoreRows, Pores, absorb, diffuse, spread};
 use crate::state::WashState;
-use crate::transfer_pigment::transfer;
-use crate::update_velocities::{Momentum, SlopeRows, VelocityRows, add_slope, advance, corner_products};
 
 /// Cells below which a second band costs more than it saves.
 const CELLS_WORTH_A_BAND: usize = 16384;
@@ -38,102 +31,23 @@ pub struct Pool {
     damp: Region,
     damp_cuts: Vec<usize>,
     scratch: Vec<Scratch>,
+    halos: Halos,
     /// No slope term of a wet face is larger.
     steepest: f32,
+    /// Whether stages visit the whole canvas whatever is wet.
+    is_plain: bool,
 }
 
-/// Rows of one band.
-#[derive(Debug)]
-struct Scratch {
-    u: Ring,
-    v: Ring,
-    corner: Vec<f32>,
-    corner_below: Vec<f32>,
-    delta: Vec<f32>,
-    delta_above: Vec<f32>,
-    suspended: Vec<Ring>,
-    saturation: Ring,
-    mask_above: Vec<u8>,
-    mask_below: Vec<u8>,
-}
-
-/// A row before it is changed, the one above, and the one below the band.
-#[derive(Debug)]
-struct Ring {
-    above: Slot,
-    here: Slot,
-    below_band: Slot,
-}
-
-/// A copy of the runs of one row, 0 elsewhere.
-#[derive(Debug)]
-struct Slot {
-    values: Vec<f32>,
-    holds: usize,
-}
-
-impl Slot {
-    fn new(stride: usize) -> Self {
-        // Row 0 is border and has no runs.
-        Self { values: vec![0.0; stride], holds: 0 }
-    }
-
-    fn take(&mut self, region: &Region, row: usize, from: &[f32]) {
-        // Runs only grow while a slot lives, so the runs of the row it holds cover all that is not 0.
-        if region.runs(self.holds) != region.runs(row) {
-            for run in region.runs(self.holds) {
-                self.values[run.first..run.end].fill(0.0);
-            }
-        }
-        for run in region.runs(row) {
-            self.values[run.first..run.end].copy_from_slice(&from[run.first..run.end]);
-        }
-        self.holds = row;
-    }
-}
-
-impl Ring {
-    fn new(stride: usize) -> Self {
-        Self { above: Slot::new(stride), here: Slot::new(stride), below_band: Slot::new(stride) }
-    }
-
-    /// Saves the rows of `field` just outside the band that begins and ends at `cut`.
-    fn save_halo(&mut self, region: &Region, cut: &[usize], field: &Field<f32>) {
-        self.above.take(region, cut[0] - 1, field.row(cut[0] - 1));
-        self.below_band.take(region, cut[1], field.row(cut[1]));
-    }
-
-    /// Done with the row: it is now the one above.
-    fn turn(&mut self) {
-        std::mem::swap(&mut self.above, &mut self.here);
-    }
-}
-
-impl Scratch {
-    fn new(stride: usize, pigments: usize) -> Self {
-        let row = || vec![0.0; stride];
-        Self {
-            u: Ring::new(stride),
-            v: Ring::new(stride),
-            corner: row(),
-            corner_below: row(),
-            delta: row(),
-            delta_above: row(),
-            suspended: (0..pigments).map(|_| Ring::new(stride)).collect(),
-            saturation: Ring::new(stride),
-            mask_above: vec![0; stride],
-            mask_below: vec![0; stride],
-        }
-    }
-}
-
-/// Works on all bands and returns the largest of what they return.
-fn each_band<Job: Send>(jobs: Vec<Job>, work: impl Fn(Job) -> i32 + Sync + Send) -> i32 {
-    if jobs.len() == 1 {
-        jobs.into_iter().map(work).fold(0, i32::max)
-    } else {
-        jobs.into_par_iter().map(work).reduce(|| 0, i32::max)
-    }
+/// Copies of rows beside each band, for every field that a pass may change.
+#[derive(Debug, Default)]
+struct Halos {
+    mask: Vec<Halo<u8>>,
+    u: Vec<Halo<f32>>,
+    v: Vec<Halo<f32>>,
+    pressure: Vec<Halo<f32>>,
+    saturation: Vec<Halo<f32>>,
+    suspended: Vec<Vec<Halo<f32>>>,
+    deposited: Vec<Vec<Halo<f32>>>,
 }
 
 /// Where water is or, with the capillary layer on, may come: pore water reaches only cells that have some.
@@ -157,14 +71,37 @@ pub fn reach(state: &WashState, task: &Task) -> Region {
 impl Pool {
     /// Finds where in the pool the water is.
     pub fn new(state: WashState, task: &Task, threads: usize) -> Self {
+        let damp = if task.pores.is_some() { reach(&state, task) } else { Region::empty() };
+        let wet = Region::of(&state.wet_mask, |wet| wet != 0);
+        Self::over(state, task, threads, [wet, damp], false)
+    }
+
+    /// A pool whose stages visit the whole canvas, wet or dry, in one band.
+    pub fn plain(state: WashState, task: &Task) -> Self {
+        let canvas = Region::whole(state.layout());
+        Self::over(state, task, 1, [canvas.clone(), canvas], true)
+    }
+
+    fn over(state: WashState, task: &Task, threads: usize, [wet, damp]: [Region; 2], is_plain: bool) -> Self {
         let layout = state.layout();
         let bands = if threads == 1 { 1 } else { threads * BANDS_PER_THREAD };
         let mut outflow = Outflow::new(layout, task.edge_darkening, task.edge_kernel);
         outflow.renew(&state.wet_mask, layout.rows(), layout.columns(), bands);
-        let wet = Region::of(&state.wet_mask, |wet| wet != 0);
-        let damp = if task.pores.is_some() { reach(&state, task) } else { Region::empty() };
         let (wet_cuts, damp_cuts, scratch) = (Vec::new(), Vec::new(), Vec::new());
-        let mut pool = Self { state, outflow, bands, wet, wet_cuts, damp, damp_cuts, scratch, steepest: 0.0 };
+        let halos = Halos::default();
+        let mut pool = Self {
+            state,
+            outflow,
+            bands,
+            wet,
+            wet_cuts,
+            damp,
+            damp_cuts,
+            scratch,
+            halos,
+            steepest: 0.0,
+            is_plain,
+        };
         for row in pool.wet.active() {
             pool.note_slope(task, row);
         }
@@ -205,214 +142,75 @@ impl Pool {
         }
     }
 
-    /// Adds the slope term to the velocities; returns the bits of the largest speed.
-    pub fn slope(&mut self, scale: f32) -> i32 {
-        if self.wet.active().is_empty() {
-            return 0;
+    /// Runs a pass of stages, each as many rows behind the one before as it must be.
+    pub fn pass(&mut self, task: &Task, stages: &[Stage]) -> Found {
+        let of_pores = stages.iter().any(|stage| stage.is_of_pores());
+        let (region, cuts) =
+            if of_pores { (&self.damp, &self.damp_cuts) } else { (&self.wet, &self.wet_cuts) };
+        if region.active().is_empty() {
+            return Found::default();
         }
-        let WashState { wet_mask, height, u, v, .. } = &mut self.state;
-        let bands = u.bands_mut(&self.wet_cuts).into_iter().zip(v.bands_mut(&self.wet_cuts));
-        each_band(bands.collect(), |(mut u, mut v)| {
-            let mut fastest = 0;
-            for row in u.rows() {
-                let paper = slope_rows(height, wet_mask, row);
-                for &run in self.wet.runs(row) {
-                    fastest = fastest.max(add_slope(u.row_mut(row), v.row_mut(row), &paper, scale, run));
-                }
-            }
-            fastest
-        })
-    }
-
-    /// One sub-step of the velocities, after the slope term if `slope_scale` is given.
-    pub fn advance(&mut self, momentum: Momentum, slope_scale: Option<f32>) {
-        if self.wet.active().is_empty() {
-            return;
-        }
-        let WashState { wet_mask, height, u, v, pressure, .. } = &mut self.state;
-        let (wet, cuts) = (&self.wet, &self.wet_cuts);
-        for (scratch, cut) in self.scratch.iter_mut().zip(cuts.windows(2)) {
-            scratch.u.save_halo(wet, cut, u);
-            scratch.v.save_halo(wet, cut, v);
-        }
-        let add_slope = |u: &mut [f32], v: &mut [f32], row| {
-            if let (Some(scale), false) = (slope_scale, wet.runs(row).is_empty()) {
-                let paper = slope_rows(height, wet_mask, row);
-                for &run in wet.runs(row) {
-                    add_slope(u, v, &paper, scale, run);
-                }
-            }
+        let changes = stages.iter().fold(Changes::NOTHING, |all, stage| all | stage.changes());
+        let depth = depth(stages);
+        let halo = |what| changes.contain(what).then_some(depth);
+        let (state, halos) = (&mut self.state, &mut self.halos);
+        let mut mask = share(&mut state.wet_mask, cuts, &mut halos.mask, halo(Changes::MASK)).into_iter();
+        let mut u = share(&mut state.u, cuts, &mut halos.u, halo(Changes::FLOW)).into_iter();
+        let mut v = share(&mut state.v, cuts, &mut halos.v, halo(Changes::FLOW)).into_iter();
+        let mut pressure =
+            share(&mut state.pressure, cuts, &mut halos.pressure, halo(Changes::PRESSURE)).into_iter();
+        let mut saturation =
+            share(&mut state.saturation, cuts, &mut halos.saturation, halo(Changes::SATURATION)).into_iter();
+        let mut suspended =
+            share_all(&mut state.suspended, cuts, &mut halos.suspended, halo(Changes::SUSPENDED));
+        let mut deposited =
+            share_all(&mut state.deposited, cuts, &mut halos.deposited, halo(Changes::DEPOSITED));
+        let bands = cuts.windows(2).zip(&mut self.scratch);
+        let worlds = bands.filter_map(|(cut, scratch)| {
+            Some(World {
+                task,
+                own: cut[0]..cut[1],
+                active: region.active(),
+                wet: &self.wet,
+                damp: &self.damp,
+                outflow: &self.outflow,
+                height: &state.height,
+                mask: mask.next()?,
+                u: u.next()?,
+                v: v.next()?,
+                pressure: pressure.next()?,
+                saturation: saturation.next()?,
+                suspended: suspended.iter_mut().filter_map(Iterator::next).collect(),
+                deposited: deposited.iter_mut().filter_map(Iterator::next).collect(),
+                scratch,
+                found: Found::default(),
+            })
+        });
+        let worlds: Vec<World<'_>> = worlds.collect();
+        let work = |mut world: World<'_>| {
+            world.scratch.begin();
+            descend(stages, &mut world);
+            world.found
         };
-        let bands = u.bands_mut(cuts).into_iter().zip(v.bands_mut(cuts)).zip(&mut self.scratch);
-        each_band(bands.collect(), |((mut u, mut v), scratch)| {
-            let rows = u.rows();
-            let Scratch { u: old_u, v: old_v, corner, corner_below, .. } = scratch;
-            add_slope(&mut old_u.above.values, &mut old_v.above.values, rows.start - 1);
-            add_slope(&mut old_u.below_band.values, &mut old_v.below_band.values, rows.end);
-            add_slope(u.row_mut(rows.start), v.row_mut(rows.start), rows.start);
-            for row in rows.clone() {
-                if row + 1 < rows.end {
-                    add_slope(u.row_mut(row + 1), v.row_mut(row + 1), row + 1);
-                }
-                let (u_here, u_below) = u.row_mut_and_below(row);
-                let (v_here, v_below) = v.row_mut_and_below(row);
-                let u_below = u_below.unwrap_or(&old_u.below_band.values);
-                let v_below = v_below.unwrap_or(&old_v.below_band.values);
-                old_u.here.take(wet, row, u_here);
-                old_v.here.take(wet, row, v_here);
-                let corners_known = row > rows.start && wet.runs(row) == wet.runs(row - 1);
-                for &run in wet.runs(row) {
-                    let (u_above, u_old, v_old) =
-                        (&old_u.above.values, &old_u.here.values, &old_v.here.values);
-                    if !corners_known {
-                        corner_products(corner, u_above, u_old, v_old, run);
-                    }
-                    corner_products(corner_below, u_old, u_below, v_below, run);
-                    let old = VelocityRows {
-                        u_above,
-                        u: u_old,
-                        u_below,
-                        v_above: &old_v.above.values,
-                        v: v_old,
-                        v_below,
-                        corner,
-                        corner_below,
-                        pressure_above: pressure.row(row - 1),
-                        pressure: pressure.row(row),
-                        mask_above: wet_mask.row(row - 1),
-                        mask: wet_mask.row(row),
-                    };
-                    advance(u_here, v_here, &old, momentum, run);
-                }
-                std::mem::swap(corner, corner_below);
-                old_u.turn();
-                old_v.turn();
-            }
-            0
-        });
+        if worlds.len() == 1 {
+            worlds.into_iter().map(work).fold(Found::default(), Found::with)
+        } else {
+            worlds.into_par_iter().map(work).reduce(Found::default, Found::with)
+        }
     }
 
-    /// One relaxation sweep; returns the bits of the largest correction.
-    pub fn sweep(&mut self, rate: f32) -> i32 {
-        if self.wet.active().is_empty() {
-            return 0;
-        }
-        let WashState { wet_mask, u, v, pressure, .. } = &mut self.state;
-        let (wet, cuts) = (&self.wet, &self.wet_cuts);
-        for (scratch, cut) in self.scratch.iter_mut().zip(cuts.windows(2)) {
-            let above = cut[0] - 1;
-            let flow = FlowRows {
-                u: u.row(above),
-                v: v.row(above),
-                v_below: v.row(cut[0]),
-                mask: wet_mask.row(above),
-            };
-            for &run in wet.runs(above) {
-                divergence(&mut scratch.delta_above, &flow, rate, run);
-            }
-            scratch.v.below_band.take(wet, cut[1], v.row(cut[1]));
-        }
-        let bands = u.bands_mut(cuts).into_iter().zip(v.bands_mut(cuts)).zip(pressure.bands_mut(cuts));
-        each_band(bands.zip(&mut self.scratch).collect(), |(((mut u, mut v), mut pressure), scratch)| {
-            let Scratch { delta, delta_above, v: old_v, .. } = scratch;
-            let mut largest = 0;
-            let rows = u.rows();
-            for row in rows.clone() {
-                let (v_here, v_below) = v.row_mut_and_below(row);
-                let (u_here, v_below) = (u.row_mut(row), v_below.unwrap_or(&old_v.below_band.values));
-                let mask = wet_mask.row(row);
-                for &run in wet.runs(row) {
-                    let flow = FlowRows { u: u_here, v: v_here, v_below, mask };
-                    largest = largest.max(divergence(delta, &flow, rate, run));
-                    let correction =
-                        CorrectionRows { delta_above, delta, mask_above: wet_mask.row(row - 1), mask };
-                    apply(u_here, v_here, pressure.row_mut(row), &correction, run);
-                }
-                std::mem::swap(delta, delta_above);
-            }
-            largest
-        })
-    }
-
-    /// Draws water to the edges; returns the bits of the largest sum of outflow speeds of a cell.
-    pub fn flow_outward(&mut self) -> i32 {
-        let WashState { wet_mask, u, v, pressure, .. } = &mut self.state;
-        let outflow = &self.outflow;
-        each_band(pressure.bands_mut(&self.wet_cuts), |mut pressure| {
-            let mut fastest = 0;
-            let rows = pressure.rows();
-            for row in rows.clone() {
-                let flow = flow_rows(u, v, wet_mask, row);
-                for &run in self.wet.runs(row) {
-                    fastest = fastest.max(outflow_speeds(&flow, run));
-                }
-                for span in outflow.spans(row) {
-                    draw_off(&mut pressure.row_mut(row)[span.clone()], &outflow.row(row)[span.clone()]);
-                }
-            }
-            fastest
-        })
-    }
-
-    /// Moves pigment by one sub-step of length `dt`, and after the last exchanges it with the paper.
-    pub fn carry(&mut self, task: &Task, dt: f32, last: bool) {
-        if self.wet.active().is_empty() {
-            return;
-        }
-        let WashState { wet_mask, height, u, v, suspended, deposited, .. } = &mut self.state;
-        let (wet, cuts) = (&self.wet, &self.wet_cuts);
-        for (scratch, cut) in self.scratch.iter_mut().zip(cuts.windows(2)) {
-            for (ring, suspended) in scratch.suspended.iter_mut().zip(suspended.iter()) {
-                ring.save_halo(wet, cut, suspended);
-            }
-        }
-        // The bands of each pigment, then the pigments of each band.
-        let mut suspended: Vec<_> = suspended.iter_mut().map(|g| g.bands_mut(cuts).into_iter()).collect();
-        let mut deposited: Vec<_> = deposited.iter_mut().map(|d| d.bands_mut(cuts).into_iter()).collect();
-        let bands = cuts.windows(2).zip(&mut self.scratch).map(|(cut, scratch)| {
-            let g: Vec<_> = suspended.iter_mut().filter_map(Iterator::next).collect();
-            let d: Vec<_> = deposited.iter_mut().filter_map(Iterator::next).collect();
-            (cut[0]..cut[1], g, d, scratch)
-        });
-        each_band(bands.collect(), |(rows, mut suspended, mut deposited, scratch)| {
-            for row in rows.clone() {
-                let flow = flow_rows(u, v, wet_mask, row);
-                for (k, ring) in scratch.suspended.iter_mut().enumerate() {
-                    let (g, below) = suspended[k].row_mut_and_below(row);
-                    ring.here.take(wet, row, g);
-                    let old = SuspendedRows {
-                        above: &ring.above.values,
-                        here: &ring.here.values,
-                        below: below.unwrap_or(&ring.below_band.values),
-                    };
-                    for &run in wet.runs(row) {
-                        carry(g, &old, &flow, dt, run);
-                        if last {
-                            let d = deposited[k].row_mut(row);
-                            transfer(g, d, height.row(row), wet_mask.row(row), task.exchanges[k], run);
-                        }
-                    }
-                    ring.turn();
-                }
-            }
-            0
-        });
-    }
-
-    /// Moves pore water, wets new cells, and looks again at what that changed.
-    pub fn simulate_capillary_flow(&mut self, task: &Task, pores: &Pores) {
-        if self.damp.active().is_empty() {
-            return;
-        }
-        let grown = self.creep(pores);
+    /// Looks again at what became wet.
+    pub fn grow(&mut self, task: &Task, grown: &[(usize, usize, usize)]) {
         let Some(&(mut first_row, mut first, mut end)) = grown.first() else { return };
         let mut last_row = first_row;
-        for &(row, from, to) in &grown {
+        for &(row, from, to) in grown {
             (first_row, last_row) = (first_row.min(row), last_row.max(row));
             (first, end) = (first.min(from), end.max(to));
             // The row below asks whether this one is wet throughout.
             for row in row..=(row + 1).min(self.state.layout().rows().end - 1) {
-                self.wet.rescan(&self.state.wet_mask, row, |wet| wet != 0);
+                if !self.is_plain {
+                    self.wet.rescan(&self.state.wet_mask, row, |wet| wet != 0);
+                }
                 self.note_slope(task, row);
             }
         }
@@ -424,75 +222,16 @@ impl Pool {
             self.wet_cuts.len() - 1,
         );
     }
-
-    /// Moves pore water; returns the rows where new cells became wet, with the columns to look at.
-    fn creep(&mut self, pores: &Pores) -> Vec<(usize, usize, usize)> {
-        let WashState { wet_mask, height, saturation, .. } = &mut self.state;
-        let (damp, cuts) = (&self.damp, &self.damp_cuts);
-        for (scratch, cut) in self.scratch.iter_mut().zip(cuts.windows(2)) {
-            scratch.saturation.save_halo(damp, cut, saturation);
-            scratch.mask_above.copy_from_slice(wet_mask.row(cut[0] - 1));
-            scratch.mask_below.copy_from_slice(wet_mask.row(cut[1]));
-        }
-        let absorb_row = |s: &mut [f32], mask: &[u8], row| {
-            for &run in damp.runs(row) {
-                absorb(s, height.row(row), mask, pores, run);
-            }
-        };
-        let bands = saturation.bands_mut(cuts).into_iter().zip(wet_mask.bands_mut(cuts));
-        let work = |((mut saturation, mut mask), scratch): (
-            (girtin_grid::field::Band<'_, f32>, _),
-            &mut Scratch,
-        )| {
-            let mask: &mut girtin_grid::field::Band<'_, u8> = &mut mask;
-            let rows = saturation.rows();
-            let ring = &mut scratch.saturation;
-            absorb_row(&mut ring.above.values, &scratch.mask_above, rows.start - 1);
-            absorb_row(&mut ring.below_band.values, &scratch.mask_below, rows.end);
-            absorb_row(saturation.row_mut(rows.start), mask.row(rows.start), rows.start);
-            let mut grown = Vec::new();
-            for row in rows.clone() {
-                if row + 1 < rows.end {
-                    absorb_row(saturation.row_mut(row + 1), mask.row(row + 1), row + 1);
-                }
-                let (here, below) = saturation.row_mut_and_below(row);
-                ring.here.take(damp, row, here);
-                let old = PoreRows {
-                    above: &ring.above.values,
-                    here: &ring.here.values,
-                    below: below.unwrap_or(&ring.below_band.values),
-                    height_above: height.row(row - 1),
-                    height: height.row(row),
-                    height_below: height.row(row + 1),
-                };
-                for &run in damp.runs(row) {
-                    diffuse(here, &old, pores, run);
-                    if spread(mask.row_mut(row), here, pores, run) {
-                        grown.push((row, run.first, run.end));
-                    }
-                }
-                ring.turn();
-            }
-            grown
-        };
-        let jobs: Vec<_> = bands.zip(&mut self.scratch).collect();
-        if jobs.len() == 1 {
-            jobs.into_iter().flat_map(work).collect()
-        } else {
-            jobs.into_par_iter().flat_map_iter(work).collect()
-        }
-    }
 }
 
-fn slope_rows<'a>(height: &'a Field<f32>, mask: &'a Field<u8>, row: usize) -> SlopeRows<'a> {
-    SlopeRows {
-        height_above: height.row(row - 1),
-        height: height.row(row),
-        mask_above: mask.row(row - 1),
-        mask: mask.row(row),
-    }
-}
-
-fn flow_rows<'a>(u: &'a Field<f32>, v: &'a Field<f32>, mask: &'a Field<u8>, row: usize) -> FlowRows<'a> {
-    FlowRows { u: u.row(row), v: v.row(row), v_below: v.row(row + 1), mask: mask.row(row) }
+/// [`share`] for a field of every pigment.
+fn share_all<'a>(
+    fields: &'a mut [Field<f32>],
+    cuts: &[usize],
+    halos: &'a mut Vec<Vec<Halo<f32>>>,
+    depth: Option<usize>,
+) -> Vec<std::vec::IntoIter<Rows<'a, f32>>> {
+    halos.resize_with(fields.len(), Vec::new);
+    let pairs = fields.iter_mut().zip(halos);
+    pairs.map(|(field, halos)| share(field, cuts, halos, depth).into_iter()).collect()
 }

@@ -1,27 +1,28 @@
-//! The fast engine: only where water is, in parallel.
+//! Where the water is: pools of it, simulated in parallel.
 //!
 //! Water far apart is simulated apart: each pool has a state of its own, as small as it can be, so that a stroke on a
 //! large sheet lies as close in memory as it would on a small one. Pools share only the maxima that decide on
 //! sub-steps and sweeps, so they give the bits of the whole canvas. Where water covers most of the sheet there is one
 //! pool, and it is the sheet.
 
-use std::sync::atomic::AtomicBool;
-
 use girtin_grid::{Field, Layout};
 use rayon::prelude::*;
 
+use super::Task;
 use super::pool::{Pool, reach};
-use super::{Stop, Task, go_on, substeps};
+use super::stage::Stage;
+use super::world::Found;
 use crate::region::Region;
 use crate::state::WashState;
+use crate::wash::Engine;
 
 /// The pools of a wash.
 #[derive(Debug)]
-pub struct Fast {
+pub struct Pools {
     threads: usize,
     pools: Vec<Place>,
-    /// The largest sum of outflow speeds of a cell, when known.
-    fastest: Option<f32>,
+    /// Whether routines run one by one over the whole canvas, whatever is wet.
+    is_plain: bool,
 }
 
 /// A pool and where it lies.
@@ -64,8 +65,8 @@ impl Rectangle {
     }
 }
 
-impl Fast {
-    /// Finds the pools of a state, and takes their water: the state has it back after [`Fast::give_back`].
+impl Pools {
+    /// Finds the pools of a state, and takes their water: the state has it back after [`Pools::give_back`].
     pub fn new(state: &mut WashState, task: &Task, threads: usize) -> Self {
         let canvas = state.layout();
         let parts = parts(&reach(state, task), canvas, task.edge_kernel as usize / 2);
@@ -82,15 +83,21 @@ impl Fast {
             });
             parts.collect()
         };
-        Self { threads, pools, fastest: None }
+        Self { threads, pools, is_plain: false }
     }
 
-    /// How many threads the pools are for.
-    pub fn threads(&self) -> usize {
-        self.threads
+    /// The whole canvas as one pool whose routines run one by one.
+    pub fn plain(state: &mut WashState, task: &Task) -> Self {
+        let place = Place { pool: Pool::plain(lend(state), task), part: None };
+        Self { threads: 1, pools: vec![place], is_plain: true }
     }
 
-    /// Takes the water again after [`Fast::give_back`]; where it is wet must not have changed meanwhile.
+    /// Whether they were made for this engine and so many threads.
+    pub fn are_for(&self, engine: Engine, threads: usize) -> bool {
+        self.is_plain == (engine == Engine::Reference) && self.threads == threads
+    }
+
+    /// Takes the water again after [`Pools::give_back`]; where it is wet must not have changed meanwhile.
     pub fn take(&mut self, state: &mut WashState) {
         for Place { pool, part } in &mut self.pools {
             match part {
@@ -110,71 +117,31 @@ impl Fast {
         }
     }
 
-    /// Works on all pools and returns the largest of what they return.
-    fn largest(&mut self, work: impl Fn(&mut Pool) -> i32 + Sync + Send) -> i32 {
-        let pools = &mut self.pools;
-        if self.threads == 1 || pools.len() == 1 {
-            pools.iter_mut().map(|place| work(&mut place.pool)).fold(0, i32::max)
+    /// A bound on the slope term of every wet face.
+    pub fn steepest(&self) -> f32 {
+        self.pools.iter().map(|place| place.pool.steepest()).fold(0.0, f32::max)
+    }
+
+    /// Runs a pass over all pools.
+    pub fn pass(&mut self, task: &Task, stages: &[Stage]) -> Found {
+        if self.is_plain {
+            // Routine by routine.
+            let routines = stages.chunks(1).map(|routine| self.pass_over(task, routine));
+            return routines.collect::<Vec<_>>().into_iter().fold(Found::default(), Found::with);
+        }
+        self.pass_over(task, stages)
+    }
+
+    fn pass_over(&mut self, task: &Task, stages: &[Stage]) -> Found {
+        let pass = |place: &mut Place| {
+            let found = place.pool.pass(task, stages);
+            place.pool.grow(task, &found.grown);
+            found
+        };
+        if self.threads == 1 || self.pools.len() == 1 {
+            self.pools.iter_mut().map(pass).fold(Found::default(), Found::with)
         } else {
-            pools.par_iter_mut().map(|place| work(&mut place.pool)).reduce(|| 0, i32::max)
-        }
-    }
-
-    /// Works on all pools.
-    fn each(&mut self, work: impl Fn(&mut Pool) + Sync + Send) {
-        self.largest(|pool| {
-            work(pool);
-            0
-        });
-    }
-
-    /// One step of C97's MainLoop; returns the number of relaxation sweeps.
-    ///
-    /// # Source
-    /// Curtis et al. 1997, §4.3–4.6.
-    pub fn step(&mut self, task: &Task, cancel: &AtomicBool) -> Result<u32, Stop> {
-        self.update_velocities(task, cancel)?;
-        let sweeps = self.relax_divergence(task, cancel)?;
-        let fastest = self.largest(Pool::flow_outward);
-        self.fastest = Some(f32::from_bits(fastest as u32));
-        let n = substeps(fastest)?;
-        for substep in 1..=n {
-            go_on(fastest, cancel)?;
-            self.each(|pool| pool.carry(task, 1.0 / n as f32, substep == n));
-        }
-        if let Some(pores) = &task.pores {
-            self.each(|pool| pool.simulate_capillary_flow(task, pores));
-        }
-        Ok(sweeps)
-    }
-
-    fn update_velocities(&mut self, task: &Task, cancel: &AtomicBool) -> Result<(), Stop> {
-        // The slope cannot push any face past this; the factor covers rounding. Then one sub-step will do and the
-        // exact maximum, which would need a pass of its own, is not asked for.
-        let steepest = self.pools.iter().map(|place| place.pool.steepest()).fold(0.0, f32::max);
-        let bound = self.fastest.map_or(f32::INFINITY, |fastest| (fastest + steepest) * (1.0 + 1e-5));
-        if bound <= 1.0 {
-            self.each(|pool| pool.advance(task.momentum(1.0), Some(task.slope_scale)));
-            return go_on(0, cancel);
-        }
-        let fastest = self.largest(|pool| pool.slope(task.slope_scale));
-        let n = substeps(fastest)?;
-        for _ in 0..n {
-            go_on(fastest, cancel)?;
-            self.each(|pool| pool.advance(task.momentum(1.0 / n as f32), None));
-        }
-        Ok(())
-    }
-
-    fn relax_divergence(&mut self, task: &Task, cancel: &AtomicBool) -> Result<u32, Stop> {
-        let mut sweeps = 0;
-        loop {
-            let largest = self.largest(|pool| pool.sweep(task.relax_rate));
-            sweeps += 1;
-            go_on(largest, cancel)?;
-            if f32::from_bits(largest as u32) <= task.relax_tolerance || sweeps >= task.relax_max_sweeps {
-                return Ok(sweeps);
-            }
+            self.pools.par_iter_mut().map(pass).reduce(Found::default, Found::with)
         }
     }
 }

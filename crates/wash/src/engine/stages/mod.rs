@@ -1,0 +1,5 @@
+//! Which rows each stage gives to its kernels.
+
+mod pigment;
+mod pores;
+mod water;

@@ -1,0 +1,124 @@
+//! Rows for the routines that move water.
+
+use crate::engine::world::World;
+use crate::flow_outward::draw_off;
+use crate::move_pigment::outflow_speeds;
+use crate::relax_divergence::{CorrectionRows, FlowRows, apply, divergence};
+use crate::update_velocities::{SlopeRows, VelocityRows, add_slope, advance, corner_products};
+
+impl World<'_> {
+    pub fn flow(&self, row: usize) -> FlowRows<'_> {
+        FlowRows {
+            u: self.u.row(row),
+            v: self.v.row(row),
+            v_below: self.v.row(row + 1),
+            mask: self.mask.row(row),
+        }
+    }
+
+    pub fn add_slope(&mut self, row: usize) {
+        let paper = SlopeRows {
+            height_above: self.height.row(row - 1),
+            height: self.height.row(row),
+            mask_above: self.mask.row(row - 1),
+            mask: self.mask.row(row),
+        };
+        for &run in self.wet_runs(row) {
+            let scale = self.task.slope_scale;
+            let speed = add_slope(self.u.row_mut(row), self.v.row_mut(row), &paper, scale, run);
+            self.found.speed = self.found.speed.max(speed);
+        }
+    }
+
+    pub fn advance(&mut self, row: usize, dt: f32) {
+        let runs = self.wet_runs(row);
+        let kept = &mut self.scratch.advance;
+        kept.u.take(self.wet, row, &self.u);
+        kept.v.take(self.wet, row, &self.v);
+        // The corners below the last row are those above this one, if both have the same runs.
+        let corners_known = kept.corner_row == row && runs == self.wet.runs(row - 1);
+        let (u_here, u_below) = self.u.row_mut_and_below(row);
+        let (v_here, v_below) = self.v.row_mut_and_below(row);
+        for &run in runs {
+            let (u_above, u_old, v_old) = (&kept.u.above.values, &kept.u.here.values, &kept.v.here.values);
+            if !corners_known {
+                corner_products(&mut kept.corner, u_above, u_old, v_old, run);
+            }
+            corner_products(&mut kept.corner_below, u_old, u_below, v_below, run);
+            let old = VelocityRows {
+                u_above,
+                u: u_old,
+                u_below,
+                v_above: &kept.v.above.values,
+                v: v_old,
+                v_below,
+                corner: &kept.corner,
+                corner_below: &kept.corner_below,
+                pressure_above: self.pressure.row(row - 1),
+                pressure: self.pressure.row(row),
+                mask_above: self.mask.row(row - 1),
+                mask: self.mask.row(row),
+            };
+            advance(u_here, v_here, &old, self.task.momentum(dt), run);
+        }
+        std::mem::swap(&mut kept.corner, &mut kept.corner_below);
+        kept.corner_row = row + 1;
+    }
+
+    pub fn find_correction(&mut self, row: usize) {
+        let mut largest = self.found.next_correction;
+        for &run in self.wet_runs(row) {
+            let delta = &mut self.scratch.sweeps[0].delta;
+            let flow = FlowRows {
+                u: self.u.row(row),
+                v: self.v.row(row),
+                v_below: self.v.row(row + 1),
+                mask: self.mask.row(row),
+            };
+            largest = largest.max(divergence(delta, &flow, self.task.relax_rate, run));
+        }
+        self.found.next_correction = largest;
+    }
+
+    pub fn sweep(&mut self, row: usize, slot: usize) {
+        let (wet, rate) = (self.wet, self.task.relax_rate);
+        let kept = &mut self.scratch.sweeps[slot];
+        if kept.above != row - 1 {
+            let above = FlowRows {
+                u: self.u.row(row - 1),
+                v: self.v.row(row - 1),
+                v_below: self.v.row(row),
+                mask: self.mask.row(row - 1),
+            };
+            for &run in wet.runs(row - 1) {
+                divergence(&mut kept.delta_above, &above, rate, run);
+            }
+        }
+        let u_here = self.u.row_mut(row);
+        let (v_here, v_below) = self.v.row_mut_and_below(row);
+        let (mask_above, mask) = (self.mask.row(row - 1), self.mask.row(row));
+        let mut largest = self.found.corrections[slot];
+        for &run in wet.runs(row) {
+            let flow = FlowRows { u: u_here, v: v_here, v_below, mask };
+            largest = largest.max(divergence(&mut kept.delta, &flow, rate, run));
+            let correction =
+                CorrectionRows { delta_above: &kept.delta_above, delta: &kept.delta, mask_above, mask };
+            apply(u_here, v_here, self.pressure.row_mut(row), &correction, run);
+        }
+        std::mem::swap(&mut kept.delta, &mut kept.delta_above);
+        kept.above = row;
+        self.found.corrections[slot] = largest;
+    }
+
+    pub fn flow_outward(&mut self, row: usize) {
+        let mut fastest = self.found.outflow;
+        for &run in self.wet_runs(row) {
+            fastest = fastest.max(outflow_speeds(&self.flow(row), run));
+        }
+        self.found.outflow = fastest;
+        for span in self.outflow.spans(row) {
+            let pressure = &mut self.pressure.row_mut(row)[span.clone()];
+            draw_off(pressure, &self.outflow.row(row)[span.clone()]);
+        }
+    }
+}
