@@ -8,7 +8,7 @@ use girtin::optics::{Library, LinearRgb, Pigment, Srgb, UnknownPigment};
 use girtin::painting::picture::PngMeta;
 use girtin::params::row::Parameters;
 use girtin::params::{Row, Value};
-use girtin::wash::{C97Params, Capillary, WashModel};
+use girtin::wash::{C97Params, Capillary, LivingParams, WashModel};
 
 use crate::failure::{Failure, Kind};
 use crate::input;
@@ -130,6 +130,8 @@ pub fn real_within(low: f64, high: f64) -> impl Fn(&str) -> Result<f64, String> 
 /// A flag for every row of the wash's parameters: the same rows as the TOML file's.
 #[derive(Clone, Debug, Default)]
 pub struct ModelArgs {
+    named: Option<WashModel>,
+    living: Vec<(&'static str, Value)>,
     wash: Vec<(&'static str, Value)>,
     /// Whether the capillary layer is turned on or off, if a flag says so.
     layer: Option<bool>,
@@ -139,6 +141,7 @@ pub struct ModelArgs {
 /// What the flags of a struct of parameters begin with.
 const WASH: &str = "";
 const CAPILLARY: &str = "capillary-";
+const LIVING: &str = "living-";
 
 fn flag(prefix: &str, row: &Row) -> String {
     format!("{prefix}{}", row.id.replace('_', "-"))
@@ -175,6 +178,7 @@ fn apply<P: Parameters>(parameters: &mut P, values: &[(&'static str, Value)]) ->
 impl clap::Args for ModelArgs {
     fn augment_args(command: Command) -> Command {
         const PHYSICS: &str = "Physics of Curtis et al. 1997, over what the parameter file says";
+        const OWN: &str = "Physics of the living wash, over what the parameter file says";
         const LAYER: &str = "Capillary layer of Curtis et al. 1997; any of these turns it on";
         let switch = |id: &'static str, help: &'static str| {
             Arg::new(id).long(id).action(ArgAction::SetTrue).help(help).help_heading(LAYER)
@@ -184,9 +188,11 @@ impl clap::Args for ModelArgs {
                 Arg::new("model")
                     .long("model")
                     .value_name("MODEL")
-                    .help_heading(PHYSICS)
-                    .value_parser([PossibleValue::new("c97")])
-                    .help("Physics of the wash"),
+                    .value_parser([
+                        PossibleValue::new("c97").help("Curtis et al. 1997, exactly"),
+                        PossibleValue::new("living").help("Girtin's own: in millimetres, drying by itself"),
+                    ])
+                    .help("Physics of the wash: the parameter file's, else what the state was made with"),
             )
             .args(C97Params::ROWS.iter().map(|row| arg(WASH, PHYSICS, row)))
             .arg(switch("capillary", "Turn the layer on, with its defaults where nothing else is said"))
@@ -196,6 +202,7 @@ impl clap::Args for ModelArgs {
                     .conflicts_with_all(Capillary::ROWS.iter().map(|row| flag(CAPILLARY, row))),
             )
             .args(Capillary::ROWS.iter().map(|row| arg(CAPILLARY, LAYER, row)))
+            .args(LivingParams::ROWS.iter().map(|row| arg(LIVING, OWN, row)))
     }
 
     fn augment_args_for_update(command: Command) -> Command {
@@ -210,7 +217,17 @@ impl FromArgMatches for ModelArgs {
             (_, true) => Some(false),
             (on, false) => (on || !capillary.is_empty()).then_some(true),
         };
-        Ok(Self { wash: values::<C97Params>(WASH, matches), layer, capillary })
+        let named = matches.get_one::<String>("model").map(|name| match name.as_str() {
+            "living" => WashModel::living(),
+            _ => WashModel::c97(),
+        });
+        Ok(Self {
+            named,
+            living: values::<LivingParams>(LIVING, matches),
+            wash: values::<C97Params>(WASH, matches),
+            layer,
+            capillary,
+        })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
@@ -220,20 +237,53 @@ impl FromArgMatches for ModelArgs {
 }
 
 impl ModelArgs {
+    /// The model that is meant where a parameter file names none: that of the flags, else `otherwise`.
+    pub fn default_model(&self, otherwise: WashModel) -> WashModel {
+        let of_flags = (!self.living.is_empty()).then(WashModel::living);
+        self.named.or(of_flags).unwrap_or(otherwise)
+    }
+
     /// The model of a file with the flags over it.
     ///
     /// # Errors
-    /// A value is not allowed.
+    /// A value is not allowed, or a flag belongs to the other model.
     pub fn over(&self, model: WashModel) -> Result<WashModel, Failure> {
-        let WashModel::C97 { mut params, mut capillary } = model;
-        apply(&mut params, &self.wash)?;
-        match self.layer {
-            Some(false) => capillary = None,
-            Some(true) => apply(capillary.get_or_insert_default(), &self.capillary)?,
-            None => {}
+        let is_living = |model: &WashModel| matches!(model, WashModel::Living(_));
+        let model = match self.named {
+            Some(named) if is_living(&named) != is_living(&model) => named,
+            _ => model,
+        };
+        match model {
+            WashModel::C97 { mut params, mut capillary } => {
+                if let Some((id, _)) = self.living.first() {
+                    return Err(foreign(&format!("--{LIVING}{}", id.replace('_', "-")), "c97", "living"));
+                }
+                apply(&mut params, &self.wash)?;
+                match self.layer {
+                    Some(false) => capillary = None,
+                    Some(true) => apply(capillary.get_or_insert_default(), &self.capillary)?,
+                    None => {}
+                }
+                Ok(WashModel::C97 { params, capillary })
+            }
+            WashModel::Living(mut params) => {
+                if let Some((id, _)) = self.wash.first() {
+                    return Err(foreign(&format!("--{}", id.replace('_', "-")), "living", "c97"));
+                }
+                if self.layer.is_some() {
+                    return Err(foreign("--capillary", "living", "c97"));
+                }
+                apply(&mut params, &self.living)?;
+                Ok(WashModel::Living(params))
+            }
         }
-        Ok(WashModel::C97 { params, capillary })
     }
+}
+
+/// A flag of the other model.
+fn foreign(flag: &str, model: &str, other: &str) -> Failure {
+    Failure::usage(format!("`{flag}` is a parameter of the model `{other}`, and the wash runs by `{model}`"))
+        .hint(format!("give `--model {other}`, or a parameter of `{model}`"))
 }
 
 #[cfg(test)]

@@ -9,10 +9,12 @@ use girtin::optics::{Coefficients, LinearRgb, Pigment};
 use girtin::painting::picture::write_png;
 use girtin::painting::state_file::{self, StateFileError};
 use girtin::painting::{WashSettings, composite, handling_of};
-use girtin::wash::{RunConfig, RunError, RunReport, StateError, Wash, WashModel, WashState};
+use girtin::wash::{Ledger, RunConfig, RunError, RunReport, StateError, Wash, WashModel, WashState};
 use serde_json::json;
 
-use crate::arguments::{ModelArgs, PictureArgs, PigmentFiles, ThreadArgs, parse_ground, unknown_pigment};
+use crate::arguments::{
+    ModelArgs, PictureArgs, PigmentFiles, ThreadArgs, parse_ground, real_within, unknown_pigment,
+};
 use crate::failure::{Failure, Kind};
 use crate::input;
 use crate::interrupt::Interrupt;
@@ -46,6 +48,9 @@ pub struct WashArgs {
     pigments: Option<Vec<String>>,
     #[command(flatten)]
     pigment_files: PigmentFiles,
+    /// Cells a millimetre of paper, for a living wash whose state does not say [4]
+    #[arg(long, value_name = "N", value_parser = real_within(0.5, 64.0))]
+    cells_per_mm: Option<f64>,
     /// Where to save the state; `-` is the standard output
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     save: Option<PathBuf>,
@@ -91,6 +96,8 @@ const SETTINGS: &str = "wash.toml";
 /// What a wet cell costs in a step on one thread, ns: once, and for every sweep of relaxation. For estimates.
 const STEP_NS: f64 = 3.0;
 const SWEEP_NS: f64 = 0.6;
+/// The same of a step of the living wash at 4 cells a millimetre.
+const LIVING_NS: f64 = 15.0;
 
 /// Runs the verb.
 ///
@@ -100,11 +107,20 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     args.threads.install()?;
     let frames = Frames::new(args)?;
     let settings_file = args.params.clone().or_else(|| found_settings(&args.state));
+    let mut state = read_state(&args.state)?;
+    let name = input::name_of(&args.state);
+    let default = args.model.default_model(match state.ledger {
+        Some(_) => WashModel::living(),
+        None => WashModel::c97(),
+    });
     let settings = match &settings_file {
-        Some(path) => WashSettings::from_toml(&path.display().to_string(), &input::read_text(path)?)?,
-        None => WashSettings::default(),
+        Some(path) => {
+            WashSettings::from_toml(&path.display().to_string(), &input::read_text(path)?, default)?
+        }
+        None => WashSettings { model: default, pigments: Vec::new() },
     };
     let model = args.model.over(settings.model)?;
+    set_scale(&mut state, args, &model, &name)?;
     let pigments = pigments(args, &settings, settings_file.as_deref())?;
 
     let inputs = [&args.state].into_iter().chain(&settings_file).chain(&args.pigment_files.files);
@@ -126,9 +142,7 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         return Err(Failure::usage("two outputs are `-`").hint("write one of them to a file"));
     }
 
-    let state = read_state(&args.state)?;
     let handlings = pigments.iter().map(handling_of).collect();
-    let name = input::name_of(&args.state);
     let wash = Wash::new(state, model, handlings).map_err(|error| refused(&name, &error, &pigments, args))?;
     interrupt.check()?;
     if args.dry_run {
@@ -150,6 +164,36 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     }
     let is_stdout_taken = [&save, &image].into_iter().flatten().any(Target::is_stdout);
     job.tell(&report, seconds, is_stdout_taken)
+}
+
+/// Puts `--cells-per-mm` into a living wash's state.
+fn set_scale(
+    state: &mut WashState,
+    args: &WashArgs,
+    model: &WashModel,
+    name: &str,
+) -> Result<(), Failure> {
+    let is_living = matches!(model, WashModel::Living(_));
+    if !is_living {
+        // A state of C97 has no scale, and what C97 makes of another is one of its own.
+        state.ledger = None;
+    }
+    let Some(cells_per_mm) = args.cells_per_mm else { return Ok(()) };
+    if !is_living {
+        return Err(Failure::usage("`--cells-per-mm` is of the living wash; C97 knows only cells")
+            .hint("give `--model living`, or leave it out"));
+    }
+    match state.ledger {
+        Some(ledger) if ledger.cells_per_mm != cells_per_mm => Err(Failure::usage(format!(
+            "`--cells-per-mm {cells_per_mm}`, and {name} has {} cells a millimetre",
+            ledger.cells_per_mm
+        ))
+        .hint("leave it out: a state keeps its scale")),
+        _ => {
+            state.ledger.get_or_insert(Ledger::new(cells_per_mm));
+            Ok(())
+        }
+    }
 }
 
 /// `wash.toml` beside the state.
@@ -340,13 +384,17 @@ impl Job<'_> {
     /// Says what was done.
     fn tell(&self, report: &RunReport, seconds: f64, is_stdout_taken: bool) -> Result<(), Failure> {
         let state = self.wash.state();
-        let (speed, water, pigment) = (state.max_speed(), state.water_total(), state.pigment_totals());
+        let (speed, water, pigment) = (state.max_speed(), self.wash.water_total(), state.pigment_totals());
         let RunReport { steps, sweeps_total } = *report;
         if self.args.json {
-            let text = json!({
+            let mut text = json!({
                 "steps": steps, "sweeps_total": sweeps_total, "max_speed": speed,
                 "pigment": pigment, "water": water, "seconds": seconds,
             });
+            if let Some(ledger) = state.ledger {
+                text["evaporated"] = json!(ledger.evaporated);
+                text["blotted"] = json!(ledger.blotted);
+            }
             if !is_stdout_taken {
                 return print(&format!("{text}\n"));
             }
@@ -388,22 +436,30 @@ fn plan(
     let (width, height) = (layout.width(), layout.height());
     let wet: usize =
         (0..height).map(|y| state.wet_mask.cells(y).iter().filter(|&&wet| wet != 0).count()).sum();
-    let WashModel::C97 { params, capillary } = model;
     let names: Vec<&str> = pigments.iter().map(|pigment| pigment.id.as_str()).collect();
     let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
     let megabytes = memory(layout, pigments.len(), args.image.is_some()) as f64 / 1e6;
     let threads = rayon::current_num_threads();
-    let seconds = |sweeps: u32| {
-        let ns = STEP_NS + SWEEP_NS * f64::from(sweeps);
-        ns * 1e-9 * wet as f64 * args.steps as f64 / threads as f64
+    let seconds = |ns: f64| ns * 1e-9 * wet as f64 * args.steps as f64 / threads as f64;
+    let sweeps = |count: u32| seconds(STEP_NS + SWEEP_NS * f64::from(count));
+    let (least, most, physics) = match model {
+        WashModel::C97 { params, capillary } => {
+            let layer = if capillary.is_some() { "on" } else { "off" };
+            let physics = format!("the capillary layer is {layer}");
+            (sweeps(1), sweeps(params.relax_max_sweeps), physics)
+        }
+        WashModel::Living(_) => {
+            let cells_per_mm = state.ledger.map_or(4.0, |ledger| ledger.cells_per_mm);
+            // Sub-steps and iterations grow with the cells a millimetre.
+            let ns = LIVING_NS * (cells_per_mm / 4.0).max(1.0);
+            (seconds(ns), seconds(3.0 * ns), format!("{cells_per_mm} cells a mm"))
+        }
     };
-    let (least, most) = (seconds(1), seconds(params.relax_max_sweeps));
     let source = settings_file.map_or("the model's defaults".to_owned(), input::name_of);
     format!(
-        "state: {width} × {height} cells, {wet} of them wet\npigments: {names}\nparameters: {source}; the \
-         capillary layer is {layer}\nwork: {steps} steps on {threads} threads, about {least:.1} to {most:.1} \
+        "state: {width} × {height} cells, {wet} of them wet\npigments: {names}\nparameters: {source}; \
+         {physics}\nwork: {steps} steps on {threads} threads, about {least:.1} to {most:.1} \
          s\nmemory: about {megabytes:.0} MB\n",
-        layer = if capillary.is_some() { "on" } else { "off" },
         steps = args.steps,
     )
 }

@@ -260,7 +260,7 @@ fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {
     let events = table.tables("events", |event| read_event(event, pigments.len()))?.unwrap_or_default();
     Ok(Glaze {
         name: table.text("name")?.unwrap_or_default(),
-        model: table.table("wash", read_model)?.unwrap_or_default(),
+        model: table.table("wash", |wash| read_model(wash, WashModel::default()))?.unwrap_or_default(),
         events,
         pigments,
     })

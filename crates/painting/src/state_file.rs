@@ -13,6 +13,9 @@
 //! | `u`, `v` | (H, W + 1), (H + 1, W) | 0 |
 //! | `pressure`, `saturation` | (H, W) | 0 |
 //! | `suspended`, `deposited` | (pigments, H, W) | 0, as many as the other has |
+//! | `cells_per_mm`, `contact_carry`, `evaporated`, `blotted` | (), float64 | 4, 0, 0, 0 |
+//!
+//! The numbers of the last row are those of a living wash ([`Ledger`]); a state with any of them is one.
 //!
 //! Numbers are float32 or float64, of either byte order, in C or Fortran order, stored or deflated. They are written
 //! as float32, little-endian, C order, stored; equal states give equal bytes. Without pigments, `suspended` and
@@ -21,6 +24,8 @@
 //! The array headers are read here and not by a crate for `.npy`: those at hand reserve the memory that a header
 //! claims before they have seen the data, or overflow on its product, and a state file may come from anywhere.
 //! Here nothing is reserved that the packed data could not fill, and memory is touched only where values are not 0.
+
+use girtin_wash::Ledger;
 
 mod error;
 pub(crate) mod npy;
@@ -59,9 +64,6 @@ impl Key {
         Self::Deposited,
     ];
 
-    /// Numbers that a state of the living wash has besides its arrays.
-    const LIVING: [&str; 4] = ["cells_per_mm", "contact_carry", "evaporated", "blotted"];
-
     fn name(self) -> &'static str {
         match self {
             Self::WetMask => "wet_mask",
@@ -86,6 +88,38 @@ impl Key {
             Self::U => [rows, columns + 1],
             Self::V => [rows + 1, columns],
             _ => [rows, columns],
+        }
+    }
+}
+
+/// A number that a state of the living wash has besides its arrays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum LedgerKey {
+    CellsPerMm,
+    ContactCarry,
+    Evaporated,
+    Blotted,
+}
+
+impl LedgerKey {
+    /// In the order in which they are written.
+    const ALL: [Self; 4] = [Self::CellsPerMm, Self::ContactCarry, Self::Evaporated, Self::Blotted];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::CellsPerMm => "cells_per_mm",
+            Self::ContactCarry => "contact_carry",
+            Self::Evaporated => "evaporated",
+            Self::Blotted => "blotted",
+        }
+    }
+
+    fn of(self, ledger: &mut Ledger) -> &mut f64 {
+        match self {
+            Self::CellsPerMm => &mut ledger.cells_per_mm,
+            Self::ContactCarry => &mut ledger.contact_carry,
+            Self::Evaporated => &mut ledger.evaporated,
+            Self::Blotted => &mut ledger.blotted,
         }
     }
 }

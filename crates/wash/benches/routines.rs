@@ -14,7 +14,7 @@ use criterion::{
 };
 use girtin_grid::random::{hash, stage, unit_f32};
 use girtin_grid::{Field, Raster};
-use girtin_wash::flow_outward::{Outflow, draw_off};
+use girtin_wash::flow_outward::{Edge, Outflow, draw_off};
 use girtin_wash::move_pigment::{SuspendedRows, carry, outflow_speeds};
 use girtin_wash::pigment::Exchange;
 use girtin_wash::region::{Region, Run};
@@ -236,8 +236,8 @@ fn relax_divergence(c: &mut Criterion) {
 fn flow_outward(c: &mut Criterion) {
     each_scene(c, "draw_off", |bencher, scene| {
         let layout = scene.state.layout();
-        let mut outflow = Outflow::new(layout, 0.02, 10);
-        outflow.renew(&scene.state.wet_mask, layout.rows(), layout.columns(), 1);
+        let mut outflow = Outflow::new(layout, 0.02, 10.0);
+        outflow.renew(Edge { mask: &scene.state.wet_mask, cover: None }, layout.rows(), layout.columns(), 1);
         let mut pressure = scene.state.pressure.clone();
         // Only near edges is anything drawn off. p and the amount in; p out.
         let cells: usize = layout.rows().flat_map(|row| outflow.spans(row)).map(|span| span.len()).sum();

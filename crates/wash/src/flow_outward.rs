@@ -43,10 +43,10 @@ pub struct Outflow {
 }
 
 impl Outflow {
-    /// An outflow of 0 everywhere.
-    pub fn new(layout: Layout, edge_darkening: f64, edge_kernel: u32) -> Self {
-        let radius = edge_kernel as usize / 2;
-        let weights = gaussian_weights(f64::from(edge_kernel) / 4.0, radius); // D6
+    /// An outflow of 0 everywhere; `edge_kernel` is K, cells.
+    pub fn new(layout: Layout, edge_darkening: f64, edge_kernel: f64) -> Self {
+        let radius = (edge_kernel / 2.0) as usize;
+        let weights = gaussian_weights(edge_kernel / 4.0, radius); // D6
         Self {
             edge_darkening: edge_darkening as f32,
             half_weights: weights[radius..].to_vec(),
@@ -60,6 +60,11 @@ impl Outflow {
         self.amount.row(row)
     }
 
+    /// How far it sees, cells.
+    pub fn radius(&self) -> usize {
+        self.half_weights.len() - 1
+    }
+
     /// The columns of one row where the amount is not 0.
     pub fn spans(&self, row: usize) -> &[Range<usize>] {
         &self.spans[row]
@@ -67,10 +72,11 @@ impl Outflow {
 
     /// Blurs again whatever a change of the mask inside a rectangle of field rows and columns reaches.
     ///
-    /// `cuts` are the row bands to work on at a time; they change no bit of the result.
-    pub fn renew(&mut self, mask: &Field<u8>, rows: Range<usize>, columns: Range<usize>, bands: usize) {
+    /// `bands` of rows are worked on at a time; their number changes no bit of the result.
+    pub fn renew(&mut self, edge: Edge<'_>, rows: Range<usize>, columns: Range<usize>, bands: usize) {
+        let mask = edge.mask;
         let layout = mask.layout();
-        let radius = self.half_weights.len() - 1;
+        let radius = self.radius();
         let widen = |range: Range<usize>, limit: Range<usize>| {
             range.start.saturating_sub(radius).max(limit.start)..(range.end + radius).min(limit.end)
         };
@@ -81,7 +87,7 @@ impl Outflow {
         let cuts: Vec<usize> = (0..=bands).map(|band| rows.start + rows.len() * band / bands).collect();
         let (weights, strength) = (&self.half_weights, self.edge_darkening);
         self.amount.bands_mut(&cuts).into_par_iter().for_each(|mut band| {
-            let mut blurred = RowBlurs::new(mask, columns.clone(), weights);
+            let mut blurred = RowBlurs::new(edge, columns.clone(), weights);
             let mut dryness = vec![0.0; columns.len()];
             for row in band.rows() {
                 let wet = &mask.row(row)[columns.clone()];
@@ -125,9 +131,18 @@ fn nonzero_spans(row: &[f32], columns: Range<usize>) -> Vec<Range<usize>> {
     spans
 }
 
-/// Rows of 1 − M blurred sideways, made when first asked for and kept while the window of rows passes.
+/// What [`Outflow`] sees as the edge of the wet paper.
+#[derive(Clone, Copy, Debug)]
+pub struct Edge<'a> {
+    /// M: only its cells are drawn from.
+    pub mask: &'a Field<u8>,
+    /// How far each cell counts as wet, 0 to 1; without it as far as M says.
+    pub cover: Option<&'a Field<f32>>,
+}
+
+/// Rows of 1 − M, or 1 − cover, blurred sideways, made when first asked for and kept while the window of rows passes.
 struct RowBlurs<'a> {
-    mask: &'a Field<u8>,
+    edge: Edge<'a>,
     columns: Range<usize>,
     half_weights: &'a [f32],
     /// Ring of rows, each with the number of the row it holds.
@@ -136,11 +151,11 @@ struct RowBlurs<'a> {
 }
 
 impl<'a> RowBlurs<'a> {
-    fn new(mask: &'a Field<u8>, columns: Range<usize>, half_weights: &'a [f32]) -> Self {
+    fn new(edge: Edge<'a>, columns: Range<usize>, half_weights: &'a [f32]) -> Self {
         let radius = half_weights.len() - 1;
         let dry = vec![1.0; columns.len() + 2 * radius];
         let ring = vec![(None, vec![0.0; columns.len()]); 2 * radius + 1];
-        Self { mask, columns, half_weights, ring, dry }
+        Self { edge, columns, half_weights, ring, dry }
     }
 
     fn slot(&self, row: isize) -> usize {
@@ -153,13 +168,24 @@ impl<'a> RowBlurs<'a> {
             return;
         }
         let radius = self.half_weights.len() - 1;
-        let canvas = self.mask.layout().columns();
-        let inside = usize::try_from(row).ok().filter(|row| self.mask.layout().rows().contains(row));
-        for (i, dry) in self.dry.iter_mut().enumerate() {
-            // Outside the canvas all is dry (D5).
-            let column = (self.columns.start + i).checked_sub(radius).filter(|x| canvas.contains(x));
-            let wet = inside.zip(column).is_some_and(|(row, x)| self.mask.row(row)[x] != 0);
-            *dry = if wet { 0.0 } else { 1.0 };
+        let layout = self.edge.mask.layout();
+        // Outside the canvas all is dry (D5).
+        self.dry.fill(1.0);
+        if let Some(row) = usize::try_from(row).ok().filter(|row| layout.rows().contains(row)) {
+            let canvas = layout.columns();
+            let first = (self.columns.start + radius).saturating_sub(2 * radius).max(canvas.start);
+            let end = (self.columns.end + radius).min(canvas.end);
+            let dry = &mut self.dry[first + radius - self.columns.start..][..end - first];
+            match self.edge.cover {
+                Some(cover) => {
+                    let cover = &cover.row(row)[first..end];
+                    dry.iter_mut().zip(cover).for_each(|(dry, cover)| *dry = 1.0 - cover);
+                }
+                None => {
+                    let mask = &self.edge.mask.row(row)[first..end];
+                    dry.iter_mut().zip(mask).for_each(|(dry, &wet)| *dry = f32::from(u8::from(wet == 0)));
+                }
+            }
         }
         let (holds, out) = &mut self.ring[slot];
         *holds = Some(row);
@@ -250,8 +276,8 @@ mod tests {
         for (width, height, kernel) in [(40, 31, 10), (9, 7, 5), (1, 1, 10), (33, 2, 1), (5, 40, 60)] {
             let mask = blob(width, height);
             let layout = mask.layout();
-            let mut outflow = Outflow::new(layout, 0.05, kernel);
-            outflow.renew(&mask, layout.rows(), layout.columns(), 3);
+            let mut outflow = Outflow::new(layout, 0.05, kernel as f64);
+            outflow.renew(Edge { mask: &mask, cover: None }, layout.rows(), layout.columns(), 3);
             let wanted = plain(&mask, 0.05, i64::from(kernel));
             for y in 0..height {
                 for x in 0..width {
@@ -269,13 +295,13 @@ mod tests {
     fn renewing_where_the_mask_changed_equals_blurring_everything() {
         let mut mask = blob(64, 48);
         let layout = mask.layout();
-        let mut renewed = Outflow::new(layout, 0.05, 10);
-        renewed.renew(&mask, layout.rows(), layout.columns(), 2);
+        let mut renewed = Outflow::new(layout, 0.05, 10.0);
+        renewed.renew(Edge { mask: &mask, cover: None }, layout.rows(), layout.columns(), 2);
         mask.cells_mut(20)[30..34].fill(0);
         mask.cells_mut(21)[10..33].fill(1);
-        renewed.renew(&mask, 21..23, Layout::LEFT + 10..Layout::LEFT + 34, 5);
-        let mut whole = Outflow::new(layout, 0.05, 10);
-        whole.renew(&mask, layout.rows(), layout.columns(), 1);
+        renewed.renew(Edge { mask: &mask, cover: None }, 21..23, Layout::LEFT + 10..Layout::LEFT + 34, 5);
+        let mut whole = Outflow::new(layout, 0.05, 10.0);
+        whole.renew(Edge { mask: &mask, cover: None }, layout.rows(), layout.columns(), 1);
         assert_eq!(renewed.amount, whole.amount);
         assert_eq!(renewed.spans, whole.spans);
     }
@@ -284,8 +310,8 @@ mod tests {
     fn deep_inside_a_wash_nothing_is_drawn_off() {
         let mut mask = Field::<u8>::zeroed(Layout::new(40, 40));
         (0..40).for_each(|y| mask.cells_mut(y).fill(1));
-        let mut outflow = Outflow::new(mask.layout(), 0.05, 10);
-        outflow.renew(&mask, mask.layout().rows(), mask.layout().columns(), 1);
+        let mut outflow = Outflow::new(mask.layout(), 0.05, 10.0);
+        outflow.renew(Edge { mask: &mask, cover: None }, mask.layout().rows(), mask.layout().columns(), 1);
         assert!(outflow.amount.cells(20)[6..34].iter().all(|amount| amount.to_bits() == 0));
         assert!(outflow.amount.cells(20)[0] > 0.0);
     }

@@ -41,21 +41,31 @@ pub mod state;
 pub mod wash;
 pub mod edit;
 
+mod band_limit;
+
 #[doc(hidden)] // for the benches, which run row kernels by themselves
 #[expect(clippy::len_without_is_empty, reason = "a run has at least one cell")]
 pub mod region;
 
+pub mod mobility;
 pub mod update_velocities;
 pub mod relax_divergence;
+pub mod relax_implicitly;
+pub mod move_film;
 pub mod flow_outward;
+pub mod evaporate;
 pub mod move_pigment;
+pub mod carry_packed;
 pub mod transfer_pigment;
+pub mod settle;
 pub mod simulate_capillary_flow;
+pub mod creep;
+pub mod dry;
 
 mod engine;
 
 pub use edit::Patch;
-pub use params::{C97Params, Capillary, WashModel};
+pub use params::{C97Params, Capillary, LivingParams, WashModel};
 pub use pigment::PigmentHandling;
-pub use state::{StateError, WashState};
+pub use state::{Ledger, StateError, WashState};
 pub use wash::{Engine, RunConfig, RunError, RunReport, Wash};

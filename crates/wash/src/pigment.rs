@@ -26,10 +26,11 @@ impl PigmentHandling {
         }
     }
 
-    pub(crate) fn exchange(&self) -> Exchange {
+    /// `lifting` times as much as in C97 is lifted.
+    pub(crate) fn exchange(&self, lifting: f64) -> Exchange {
         Exchange {
             settling: self.density as f32,
-            lifting: (self.density / self.staining_power) as f32,
+            lifting: (self.density / self.staining_power * lifting) as f32,
             granulation: self.granulation as f32,
         }
     }

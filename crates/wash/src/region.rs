@@ -103,6 +103,14 @@ impl Region {
         }
     }
 
+    /// Looks at all active rows again and forgets those without runs at the ends.
+    pub fn shrink<T: Copy>(&mut self, field: &Field<T>, holds: impl Fn(T) -> bool) {
+        let active = std::mem::replace(&mut self.active, Layout::TOP..Layout::TOP);
+        for row in active {
+            self.rescan(field, row, &holds);
+        }
+    }
+
     /// The runs of a row.
     pub fn runs(&self, row: usize) -> &[Run] {
         &self.rows[row]

@@ -2,7 +2,7 @@
 
 use multiversion::multiversion;
 
-use crate::params::Capillary;
+use crate::params::{Capillary, LivingParams};
 use crate::region::Run;
 
 /// The capillary layer's numbers as the kernels need them.
@@ -14,6 +14,30 @@ pub struct Pores {
     wetting_threshold: f32,
     least: f32,
     range: f32,
+    /// Part of a difference that flows in a pass: a quarter is the limit of stability.
+    part: f32,
+}
+
+impl Pores {
+    /// The pores of the living wash; each of `passes` moves as much as that many in a step should.
+    pub fn living(params: &LivingParams, part: f64) -> Self {
+        let [least, most] = params.capacity;
+        Self {
+            absorption: params.absorption as f32,
+            min_diffusing: params.min_diffusing as f32,
+            min_receiving: params.min_receiving as f32,
+            wetting_threshold: f32::INFINITY,
+            least: least as f32,
+            range: (most - least) as f32,
+            part: part as f32,
+        }
+    }
+
+    /// How much water paper of this height holds.
+    #[inline(always)]
+    pub fn capacity(&self, height: f32) -> f32 {
+        height * self.range + self.least
+    }
 }
 
 impl From<&Capillary> for Pores {
@@ -26,6 +50,7 @@ impl From<&Capillary> for Pores {
             wetting_threshold: capillary.wetting_threshold as f32,
             least: least as f32,
             range: (most - least) as f32,
+            part: 0.25,
         }
     }
 }
@@ -49,11 +74,66 @@ fn absorb_kernel(saturation: &mut [f32], height: &[f32], mask: &[u8], pores: Por
     let (first, n) = (run.first, run.len());
     let (s, h, m) = (&mut saturation[first..][..n], &height[first..][..n], &mask[first..][..n]);
     for i in 0..n {
-        let room = h[i] * pores.range + pores.least - s[i];
+        let room = pores.capacity(h[i]) - s[i];
         let soaked = if room < pores.absorption { room } else { pores.absorption };
         let soaked = if soaked > 0.0 { soaked } else { 0.0 };
         s[i] = if m[i] != 0 { s[i] + soaked } else { s[i] };
     }
+}
+
+/// Wet cells of one row soak film into the paper: what the pores gain the film loses.
+///
+/// Returns the bits of the thinnest film that is left.
+///
+/// # Shapes and units
+/// Field rows; `depth` is the film that one unit of saturation makes.
+///
+/// # Guarantees
+/// Neither pores nor film give or take more than they can; dry cells are untouched.
+pub fn absorb_film(
+    saturation: &mut [f32],
+    film: &mut [f32],
+    height: &[f32],
+    mask: &[u8],
+    pores: &Pores,
+    depth: f32,
+    run: Run,
+) -> i32 {
+    absorb_film_kernel(saturation, film, height, mask, *pores, depth, run)
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn absorb_film_kernel(
+    saturation: &mut [f32],
+    film: &mut [f32],
+    height: &[f32],
+    mask: &[u8],
+    pores: Pores,
+    depth: f32,
+    run: Run,
+) -> i32 {
+    let (first, n) = (run.first, run.len());
+    let (s, p) = (&mut saturation[first..][..n], &mut film[first..][..n]);
+    let (h, m) = (&height[first..][..n], &mask[first..][..n]);
+    let per_depth = 1.0 / depth;
+    let mut thinnest = i32::MAX;
+    for i in 0..n {
+        let smaller = |a: f32, b: f32| if a < b { a } else { b };
+        let room = pores.capacity(h[i]) - s[i];
+        let soaked = smaller(smaller(room, pores.absorption), p[i] * per_depth);
+        let soaked = if soaked > 0.0 { soaked } else { 0.0 };
+        let filled = s[i] + soaked;
+        let left = p[i] - depth * (filled - s[i]);
+        // Rounding may undercut 0 by a unit; a film that was below 0 stays.
+        let floor = smaller(p[i], 0.0);
+        let left = if left < floor { floor } else { left };
+        let is_wet = m[i] != 0;
+        s[i] = if is_wet { filled } else { s[i] };
+        p[i] = if is_wet { left } else { p[i] };
+        let seen = if is_wet { left } else { f32::INFINITY };
+        thinnest = thinnest.min(seen.to_bits() as i32);
+    }
+    thinnest
 }
 
 /// Saturation and paper height of a row and its neighbours.
@@ -100,8 +180,8 @@ fn diffuse_kernel(saturation: &mut [f32], old: &PoreRows<'_>, pores: Pores, run:
     let (h_above, h_below) = (&old.height_above[first..][..n], &old.height_below[first..][..n]);
     // What flows from a cell holding `from` to a neighbour holding `to` with capacity `room` + `to`.
     let creep = |from: f32, to: f32, height: f32| {
-        let (excess, room) = (from - to, height * pores.range + pores.least - to);
-        let flow = (if excess < room { excess } else { room }) * 0.25;
+        let (excess, room) = (from - to, pores.capacity(height) - to);
+        let flow = (if excess < room { excess } else { room }) * pores.part;
         let flows = (from > pores.min_diffusing) & (from > to) & (to > pores.min_receiving) & (flow > 0.0);
         if flows { flow } else { 0.0 }
     };

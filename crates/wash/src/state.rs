@@ -23,6 +23,44 @@ pub struct WashState {
     pub suspended: Vec<Field<f32>>,
     /// d: pigment on the paper, a field per pigment.
     pub deposited: Vec<Field<f32>>,
+    /// What a living wash keeps besides.
+    pub ledger: Option<Ledger>,
+}
+
+/// What a living wash knows besides its fields.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ledger {
+    /// Cells a millimetre of paper.
+    pub cells_per_mm: f64,
+    /// Part of a cell that edges have yet to advance.
+    pub contact_carry: f64,
+    /// Water that evaporated, film × reference cells (0.25 mm square).
+    pub evaporated: f64,
+    /// Water that was blotted or dried away, film × reference cells.
+    pub blotted: f64,
+}
+
+impl Ledger {
+    /// Cells a millimetre that are allowed.
+    pub const CELLS_PER_MM: std::ops::RangeInclusive<f64> = 0.5..=64.0;
+
+    /// Nothing has happened yet.
+    pub fn new(cells_per_mm: f64) -> Self {
+        Self { cells_per_mm, contact_carry: 0.0, evaporated: 0.0, blotted: 0.0 }
+    }
+
+    /// What is wrong with it, if anything.
+    fn check(&self) -> Result<(), StateError> {
+        let Self { cells_per_mm, contact_carry, evaporated, blotted } = *self;
+        let number = |name, value: f64, is_allowed: bool, allowed| {
+            if is_allowed { Ok(()) } else { Err(StateError::Number { name, value, allowed }) }
+        };
+        let amount = 0.0..=1e12;
+        number("cells_per_mm", cells_per_mm, Self::CELLS_PER_MM.contains(&cells_per_mm), "from 0.5 to 64")?;
+        number("contact_carry", contact_carry, (0.0..1.0).contains(&contact_carry), "from 0 to below 1")?;
+        number("evaporated", evaporated, amount.contains(&evaporated), "from 0 to 1e12")?;
+        number("blotted", blotted, amount.contains(&blotted), "from 0 to 1e12")
+    }
 }
 
 /// What is wrong with a state.
@@ -41,6 +79,16 @@ pub enum StateError {
         y: usize,
         /// What was found.
         value: f32,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A number of a living wash is not allowed.
+    #[error("`{name}` is {value}; it must be {allowed}")]
+    Number {
+        /// Its name.
+        name: &'static str,
+        /// What was found.
+        value: f64,
         /// What is allowed.
         allowed: &'static str,
     },
@@ -98,6 +146,7 @@ impl WashState {
             saturation: field(),
             suspended: (0..pigments).map(|_| field()).collect(),
             deposited: (0..pigments).map(|_| field()).collect(),
+            ledger: None,
         }
     }
 
@@ -122,6 +171,12 @@ impl WashState {
         total(&self.saturation) + over_wet
     }
 
+    /// Film, and the film that the water in the pores would make, over all cells.
+    pub(crate) fn film_and_pores(&self, pore_depth: f64) -> f64 {
+        // Films and pores are f32 numbers, and so is the depth that exchanges them.
+        total(&self.pressure) + f64::from(pore_depth as f32) * total(&self.saturation)
+    }
+
     /// The largest |u| or |v|.
     pub fn max_speed(&self) -> f32 {
         let largest = |row: &[f32]| row.iter().fold(0, |m: i32, x| m.max(x.abs().to_bits() as i32));
@@ -135,6 +190,9 @@ impl WashState {
     /// # Errors
     /// Fields differ in size; a value is not finite or not allowed.
     pub fn check(&self) -> Result<(), StateError> {
+        if let Some(ledger) = &self.ledger {
+            ledger.check()?;
+        }
         let layout = self.layout();
         let size = |field: &'static str, found: Layout| {
             if found == layout {

@@ -19,9 +19,25 @@ use crate::region::Run;
 /// D5, D7.
 pub fn add_slope(u: &mut [f32], v: &mut [f32], paper: &SlopeRows<'_>, scale: f32, run: Run) -> i32 {
     if run.all_wet {
-        add_slope_kernel::<true>(u, v, paper, scale, run)
+        add_slope_kernel::<true, false>(u, v, paper, scale, [0.0; 2], run)
     } else {
-        add_slope_kernel::<false>(u, v, paper, scale, run)
+        add_slope_kernel::<false, false>(u, v, paper, scale, [0.0; 2], run)
+    }
+}
+
+/// [`add_slope`] on a tilted board: `pull` is what a step adds to u and v.
+pub fn add_slope_tilted(
+    u: &mut [f32],
+    v: &mut [f32],
+    paper: &SlopeRows<'_>,
+    scale: f32,
+    pull: [f32; 2],
+    run: Run,
+) {
+    if run.all_wet {
+        add_slope_kernel::<true, true>(u, v, paper, scale, pull, run);
+    } else {
+        add_slope_kernel::<false, true>(u, v, paper, scale, pull, run);
     }
 }
 
@@ -39,11 +55,12 @@ pub struct SlopeRows<'a> {
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn add_slope_kernel<const ALL_WET: bool>(
+fn add_slope_kernel<const ALL_WET: bool, const TILTED: bool>(
     u: &mut [f32],
     v: &mut [f32],
     paper: &SlopeRows<'_>,
     scale: f32,
+    pull: [f32; 2],
     run: Run,
 ) -> i32 {
     // u, v, h, m as in §4.3; windows that reach one cell back start one column early.
@@ -55,13 +72,61 @@ fn add_slope_kernel<const ALL_WET: bool>(
     let mut fastest = 0;
     for i in skip..n {
         let sloped = u[i] - scale * (h[i + 1] - h[i]); // D7
+        let sloped = if TILTED { sloped + pull[0] } else { sloped };
         u[i] = if ALL_WET || m[i] & m[i + 1] != 0 { sloped } else { 0.0 }; // D5
-        fastest = fastest.max(u[i].abs().to_bits() as i32);
+        if !TILTED {
+            fastest = fastest.max(u[i].abs().to_bits() as i32);
+        }
     }
     for i in 0..n {
         let sloped = v[i] - scale * (h[i + 1] - h_above[i]);
+        let sloped = if TILTED { sloped + pull[1] } else { sloped };
         v[i] = if ALL_WET || m_above[i] & m[i + 1] != 0 { sloped } else { 0.0 };
-        fastest = fastest.max(v[i].abs().to_bits() as i32);
+        if !TILTED {
+            fastest = fastest.max(v[i].abs().to_bits() as i32);
+        }
+    }
+    fastest
+}
+
+/// Bits of the largest speed that the faces of one row may have after a step: what they have, and what the film's own
+/// gradient gives them in it.
+///
+/// C97 counts sub-steps by the speed at the start of a step; a stroke's edge is a cliff of water at high resolution, and
+/// is still when the step begins.
+///
+/// # Shapes and units
+/// Field rows; `stiffness` is what a difference in film of 1 adds to a velocity in a step.
+pub fn drive(u: &[f32], v: &[f32], film: &FilmRows<'_>, stiffness: f32, run: Run) -> i32 {
+    drive_kernel(u, v, film, stiffness, run)
+}
+
+/// Film and wet mask of a row and of the one above.
+#[derive(Clone, Copy, Debug)]
+pub struct FilmRows<'a> {
+    /// Film above.
+    pub film_above: &'a [f32],
+    /// Film here.
+    pub film: &'a [f32],
+    /// Wet mask above.
+    pub mask_above: &'a [u8],
+    /// Wet mask here.
+    pub mask: &'a [u8],
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn drive_kernel(u: &[f32], v: &[f32], film: &FilmRows<'_>, stiffness: f32, run: Run) -> i32 {
+    let (first, n) = (run.first, run.len());
+    let (u, v) = (&u[first..][..n], &v[first..][..n]);
+    let (p, p_above) = (&film.film[first - 1..][..n + 1], &film.film_above[first..][..n]);
+    let (m, m_above) = (&film.mask[first - 1..][..n + 1], &film.mask_above[first..][..n]);
+    let mut fastest = 0;
+    for i in 0..n {
+        let across = u[i].abs() + stiffness * (p[i + 1] - p[i]).abs();
+        let down = v[i].abs() + stiffness * (p[i + 1] - p_above[i]).abs();
+        let across = if m[i] & m[i + 1] != 0 { across } else { 0.0 };
+        let down = if m_above[i] & m[i + 1] != 0 { down } else { 0.0 };
+        fastest = fastest.max(across.to_bits() as i32).max(down.to_bits() as i32);
     }
     fastest
 }
@@ -124,10 +189,23 @@ pub struct VelocityRows<'a> {
 pub struct Momentum {
     /// Length of the sub-step, steps.
     pub dt: f32,
-    /// Viscosity μ.
+    /// Viscosity μ, cells² per step.
     pub viscosity: f32,
     /// Viscous drag κ.
     pub viscous_drag: f32,
+}
+
+/// How the living wash holds the water besides.
+#[derive(Clone, Copy, Debug)]
+pub struct Hold<'a> {
+    /// What the faces before each cell keep of their speed in a sub-step.
+    pub keep_u: &'a [f32],
+    /// The same of the faces above.
+    pub keep_v: &'a [f32],
+    /// What a difference in film of 1 adds to a velocity in a step.
+    pub stiffness: f32,
+    /// No face is faster, cells per step.
+    pub speed_limit: f32,
 }
 
 /// Advances the velocities of one row by one sub-step.
@@ -150,6 +228,81 @@ pub fn advance(u: &mut [f32], v: &mut [f32], old: &VelocityRows<'_>, momentum: M
     } else {
         advance_kernel::<false>(u, v, old, momentum, run);
     }
+}
+
+/// [`advance`] of the living wash: film drives the water, thin film holds it back, and its speed has a limit.
+///
+/// Returns the bits of the largest speed.
+///
+/// # Guarantees
+/// Faces of which nothing is kept become 0; no face is faster than the limit.
+pub fn advance_held(
+    u: &mut [f32],
+    v: &mut [f32],
+    old: &VelocityRows<'_>,
+    momentum: Momentum,
+    hold: &Hold<'_>,
+    run: Run,
+) -> i32 {
+    advance_held_kernel(u, v, old, momentum, hold, run)
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn advance_held_kernel(
+    u_new: &mut [f32],
+    v_new: &mut [f32],
+    old: &VelocityRows<'_>,
+    momentum: Momentum,
+    hold: &Hold<'_>,
+    run: Run,
+) -> i32 {
+    let Momentum { dt, viscosity, viscous_drag } = momentum;
+    let (stiffness, limit) = (hold.stiffness, hold.speed_limit);
+    let (first, n) = (run.first, run.len());
+    let corner = &old.corner[first..][..n + 1];
+    let corner_below = &old.corner_below[first..][..n + 1];
+    let p = &old.pressure[first - 1..][..n + 1];
+    let p_above = &old.pressure_above[first..][..n];
+    let mut fastest = 0;
+
+    // u, v, p as in §4.3.1, grouped as in `advance_kernel`.
+    let u_new = &mut u_new[first..][..n];
+    let u = &old.u[first - 1..][..n + 2];
+    let (above, below) = (&old.u_above[first..][..n], &old.u_below[first..][..n]);
+    let keep = &hold.keep_u[first..][..n];
+    for i in 0..n {
+        let here = u[i + 1];
+        let (before, after) = (u[i] + here, here + u[i + 2]);
+        let advection = 0.25 * (before * before - after * after) + (corner[i] - corner_below[i]);
+        let laplacian = (u[i] + u[i + 2]) + (above[i] + below[i]) - 4.0 * here;
+        let push =
+            advection + viscosity * laplacian + stiffness * (p[i] - p[i + 1]) - viscous_drag * here; // D1
+        u_new[i] = held(here + dt * push, keep[i], limit);
+        fastest = fastest.max(u_new[i].abs().to_bits() as i32);
+    }
+    let v_new = &mut v_new[first..][..n];
+    let v = &old.v[first - 1..][..n + 2];
+    let (above, below) = (&old.v_above[first..][..n], &old.v_below[first..][..n]);
+    let keep = &hold.keep_v[first..][..n];
+    for i in 0..n {
+        let here = v[i + 1];
+        let (before, after) = (above[i] + here, here + below[i]);
+        let advection = 0.25 * (before * before - after * after) + (corner[i] - corner[i + 1]);
+        let laplacian = (v[i] + v[i + 2]) + (above[i] + below[i]) - 4.0 * here;
+        let push = advection + viscosity * laplacian + stiffness * (p_above[i] - p[i + 1]) - viscous_drag * here;
+        v_new[i] = held(here + dt * push, keep[i], limit);
+        fastest = fastest.max(v_new[i].abs().to_bits() as i32);
+    }
+    fastest
+}
+
+/// What is kept of a velocity, within the limit.
+#[inline(always)]
+fn held(velocity: f32, keep: f32, limit: f32) -> f32 {
+    let kept = velocity * keep;
+    let kept = if kept > limit { limit } else { kept };
+    let kept = if kept < -limit { -limit } else { kept };
+    if keep > 0.0 { kept } else { 0.0 }
 }
 
 #[multiversion(targets("x86_64+avx2"))]

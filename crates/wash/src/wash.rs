@@ -4,11 +4,12 @@ use std::fmt;
 use std::sync::atomic::AtomicBool;
 
 use crate::engine::c97::C97Run;
+use crate::engine::living::LivingRun;
 use crate::engine::pools::Pools;
-use crate::engine::{Stop, Task, still_dry_faces};
+use crate::engine::{REFERENCE, Stop, Task, still_dry_faces};
 use crate::params::{C97Params, WashModel};
 use crate::pigment::PigmentHandling;
-use crate::state::{StateError, WashState};
+use crate::state::{Ledger, StateError, WashState};
 
 /// Which engine runs the row kernels. Both give the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -84,6 +85,22 @@ pub enum RunError {
     },
 }
 
+/// A run of either model, kept from call to call.
+#[derive(Debug)]
+enum Running {
+    C97(C97Run),
+    Living(LivingRun),
+}
+
+impl Running {
+    fn pools(&mut self) -> &mut Pools {
+        match self {
+            Self::C97(run) => &mut run.pools,
+            Self::Living(run) => &mut run.pools,
+        }
+    }
+}
+
 /// A wash: its state, what it does, and its pigments.
 #[derive(Debug)]
 pub struct Wash {
@@ -91,7 +108,7 @@ pub struct Wash {
     model: WashModel,
     handlings: Vec<PigmentHandling>,
     /// What the last run kept; `None` if where the water is has changed since.
-    kept: Option<C97Run>,
+    kept: Option<Running>,
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -100,11 +117,16 @@ impl Wash {
     ///
     /// # Errors
     /// A value of the state or of a pigment is not allowed, or their numbers differ.
+    ///
+    /// A living wash whose state has no [`Ledger`] has 4 cells a millimetre.
     pub fn new(
-        state: WashState,
+        mut state: WashState,
         model: WashModel,
         handlings: Vec<PigmentHandling>,
     ) -> Result<Self, StateError> {
+        if matches!(model, WashModel::Living(_)) {
+            state.ledger.get_or_insert(Ledger::new(REFERENCE));
+        }
         state.check()?;
         let (suspended, deposited) = (state.suspended.len(), state.deposited.len());
         if suspended != handlings.len() || deposited != handlings.len() {
@@ -184,27 +206,40 @@ impl Wash {
         if steps == 0 {
             return Ok(report);
         }
-        let WashModel::C97 { params, capillary } = self.model;
-        let exchanges = self.handlings.iter().map(PigmentHandling::exchange).collect();
-        let task = Task::new(&params, capillary.as_ref(), exchanges);
-        let mut kept = match self.kept.take() {
-            Some(mut kept) if kept.pools.are_for(config.engine, threads) => {
-                kept.pools.take(&mut self.state);
+        let task = self.task();
+        // Pools borrow the whole state; this is none of their business.
+        let mut ledger = self.state.ledger.take();
+        let kept = self.kept.take();
+        let kept = kept.and_then(|mut kept| kept.pools().are_for(config.engine, threads).then_some(kept));
+        let mut running = match kept {
+            Some(mut kept) => {
+                kept.pools().take(&mut self.state);
                 kept
             }
-            _ => {
+            None => {
                 still_dry_faces(&mut self.state);
-                C97Run::new(match config.engine {
+                let pools = match config.engine {
                     Engine::Fast => Pools::new(&mut self.state, &task, threads),
                     Engine::Reference => Pools::plain(&mut self.state, &task),
-                })
+                };
+                match self.model {
+                    WashModel::C97 { .. } => Running::C97(C97Run::new(pools)),
+                    WashModel::Living(_) => Running::Living(LivingRun::new(pools)),
+                }
             }
         };
         let never = AtomicBool::new(false);
         let cancel = config.cancel.unwrap_or(&never);
         let mut ended = Ok(());
         for done in 0..steps {
-            match kept.step(&task, cancel) {
+            let stepped = match &mut running {
+                Running::C97(run) => run.step(&task, cancel),
+                Running::Living(run) => {
+                    let ledger = ledger.get_or_insert(Ledger::new(REFERENCE));
+                    run.step(&task, &mut self.state, ledger, cancel)
+                }
+            };
+            match stepped {
                 Ok(sweeps) => report.sweeps_total += u64::from(sweeps),
                 Err(stop) => {
                     ended = Err((stop, done));
@@ -216,19 +251,49 @@ impl Wash {
                 progress(report.steps);
             }
         }
-        kept.pools.give_back(&mut self.state);
+        running.pools().give_back(&mut self.state);
+        self.state.ledger = ledger;
         match ended {
             Ok(()) => {
-                self.kept = Some(kept);
+                self.kept = Some(running);
                 Ok(report)
             }
             Err((Stop::Cancelled, steps)) => Err(RunError::Cancelled { steps }),
-            Err((Stop::RanAway, done)) => Err(self.ran_away(done + 1, &params)),
+            Err((Stop::RanAway, done)) => Err(self.ran_away(done + 1)),
+        }
+    }
+
+    /// The parameters as kernels need them.
+    fn task(&self) -> Task {
+        let exchanges = |lifting: f64| self.handlings.iter().map(|handling| handling.exchange(lifting)).collect();
+        match &self.model {
+            WashModel::C97 { params, capillary } => Task::c97(params, capillary.as_ref(), exchanges(1.0)),
+            WashModel::Living(params) => Task::living(params, self.cells_per_mm(), exchanges(params.lifting)),
+        }
+    }
+
+    /// Cells a millimetre of paper; 4 if the state does not say.
+    pub fn cells_per_mm(&self) -> f64 {
+        self.state.ledger.map_or(REFERENCE, |ledger| ledger.cells_per_mm)
+    }
+
+    /// The water that is there.
+    ///
+    /// Of a living wash that is film and pore water, film × reference cells (0.25 mm square), so that
+    /// it means the same at any resolution; with what evaporated and was blotted it makes up what was poured on. Of C97's
+    /// see [`WashState::water_total`].
+    pub fn water_total(&self) -> f64 {
+        match &self.model {
+            WashModel::C97 { .. } => self.state.water_total(),
+            WashModel::Living(params) => {
+                let scale = self.cells_per_mm() / REFERENCE;
+                self.state.film_and_pores(params.pore_depth) / (scale * scale)
+            }
         }
     }
 
     /// Finds the face that ran away and what most likely drove it.
-    fn ran_away(&self, step: u64, params: &C97Params) -> RunError {
+    fn ran_away(&self, step: u64) -> RunError {
         let mut worst = ("u", 0.0f32, 0, 0);
         for (name, field) in [("u", &self.state.u), ("v", &self.state.v)] {
             for y in 0..=self.state.layout().height() {
@@ -243,6 +308,10 @@ impl Wash {
         let pressure = (0..self.state.layout().height())
             .flat_map(|y| self.state.pressure.cells(y))
             .fold(0.0f32, |most, p| if p.abs() <= most { most } else { p.abs() });
+        let params = match self.model {
+            WashModel::C97 { params, .. } => params,
+            WashModel::Living(_) => C97Params { viscosity: 0.0, ..C97Params::default() },
+        };
         let likely = if params.viscosity > 0.25 {
             "viscosity"
         } else if params.relax_rate > 0.25 {

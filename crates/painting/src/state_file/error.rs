@@ -33,12 +33,6 @@ pub enum StateFileError {
         /// Its name in the file.
         name: String,
     },
-    /// A number belongs to the living wash.
-    #[error("`{key}` belongs to a state of the living wash, which is not read")]
-    LivingKey {
-        /// Its name in the file.
-        key: &'static str,
-    },
     /// There is no wet mask.
     #[error("the file lacks `wet_mask`")]
     NoWetMask,
@@ -136,7 +130,6 @@ impl StateFileError {
                 let known = Key::ALL.map(Key::name);
                 hint_for(name.strip_suffix(".npy").unwrap_or(name), &known)
             }
-            Self::LivingKey { key } => format!("leave `{key}` out to read the arrays as those of a C97 wash"),
             Self::NoWetMask => "add `wet_mask`, bool, of the shape (rows, columns)".to_owned(),
             Self::Type { fix, .. } => format!("save it as `{fix}`"),
             Self::Shape { fix, .. } => return fix.clone(),

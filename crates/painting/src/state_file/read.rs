@@ -4,13 +4,13 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::slice::from_mut;
 
 use girtin_grid::{Field, Layout};
-use girtin_wash::WashState;
+use girtin_wash::{Ledger, WashState};
 use zip::ZipArchive;
 use zip::read::ZipFile;
 use zip::result::ZipError;
 
 use super::npy::{self, Header, HeaderFault};
-use super::{Key, StateFileError};
+use super::{Key, LedgerKey, StateFileError};
 
 /// How large a state may be that is read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +42,9 @@ const MOST_PACKED: (u64, u64) = (1032, 1024);
 /// Paper where a state does not say its height.
 const HEIGHT: f32 = 0.5;
 
+/// Cells a millimetre where a living wash does not say.
+const CELLS_PER_MM: f64 = 4.0;
+
 /// Reads a state, within the default [`Limits`].
 ///
 /// # Errors
@@ -60,7 +63,7 @@ pub fn read(reader: impl Read + Seek) -> Result<WashState, StateFileError> {
 /// that are there.
 pub fn read_within(reader: impl Read + Seek, limits: &Limits) -> Result<WashState, StateFileError> {
     let mut archive = open(reader)?;
-    let arrays = arrays(&mut archive)?;
+    let (arrays, ledger) = arrays(&mut archive)?;
     let of = |key: Key| arrays.iter().find(|array| array.key == key);
     let mask = of(Key::WetMask).ok_or(StateFileError::NoWetMask)?;
     let [rows, columns] = canvas(mask, limits)?;
@@ -80,6 +83,7 @@ pub fn read_within(reader: impl Read + Seek, limits: &Limits) -> Result<WashStat
     }
 
     let mut state = WashState::empty(layout, pigments);
+    state.ledger = ledger;
     if of(Key::Height).is_none() {
         for y in 0..rows {
             state.height.cells_mut(y).fill(HEIGHT);
@@ -207,17 +211,25 @@ struct Array {
     size: u64,
 }
 
-/// Reads the headers of all arrays.
-fn arrays<R: Read + Seek>(archive: &mut Archive<R>) -> Result<Vec<Array>, StateFileError> {
-    let keys = archive.file_names_raw().map(key_of).collect::<Result<Vec<_>, _>>()?;
+/// Reads the headers of all arrays, and the numbers of a living wash if there are any.
+fn arrays<R: Read + Seek>(
+    archive: &mut Archive<R>,
+) -> Result<(Vec<Array>, Option<Ledger>), StateFileError> {
+    let entries = archive.file_names_raw().map(Entry::named).collect::<Result<Vec<_>, _>>()?;
     let mut arrays = Vec::new();
-    for (index, key) in keys.into_iter().enumerate() {
+    let mut ledger = None;
+    for (index, entry) in entries.into_iter().enumerate() {
+        let key = match entry {
+            Entry::Array(key) => key,
+            Entry::Number(key) => {
+                let number = number(archive, index, key.name())?;
+                *key.of(ledger.get_or_insert(Ledger::new(CELLS_PER_MM))) = number;
+                continue;
+            }
+        };
         let name = key.name();
         let mut file = archive.by_index(index).map_err(unpack(name))?;
-        let header = npy::read_header(&mut file).map_err(|fault| match fault {
-            HeaderFault::Read(error) => unread(name, error),
-            HeaderFault::Malformed(why) => StateFileError::Header { key: name, why },
-        })?;
+        let header = npy::read_header(&mut file).map_err(header_fault(name))?;
         let element = Element::of(key, header.descr.as_deref())?;
         let (size, packed) = (file.size(), file.compressed_size());
         // A later read would fail on the size; but room is made before that.
@@ -227,22 +239,64 @@ fn arrays<R: Read + Seek>(archive: &mut Archive<R>) -> Result<Vec<Array>, StateF
         }
         arrays.push(Array { key, index, header, element, size });
     }
-    Ok(arrays)
+    Ok((arrays, ledger))
 }
 
-/// The key of an archive's entry.
-fn key_of(entry: &[u8]) -> Result<Key, StateFileError> {
-    let stem = entry.strip_suffix(b".npy");
-    if let Some(key) = Key::ALL.into_iter().find(|key| stem == Some(key.name().as_bytes())) {
-        return Ok(key);
+/// Reads an array that is one number.
+fn number<R: Read + Seek>(
+    archive: &mut Archive<R>,
+    index: usize,
+    name: &'static str,
+) -> Result<f64, StateFileError> {
+    let mut file = archive.by_index(index).map_err(unpack(name))?;
+    let header = npy::read_header(&mut file).map_err(header_fault(name))?;
+    if header.shape.iter().any(|&axis| axis != 1) {
+        let found = header.shape.clone();
+        return Err(StateFileError::Shape { key: name, found, wanted: "(), one number".to_owned(), fix: None });
     }
-    match Key::LIVING.into_iter().find(|key| stem == Some(key.as_bytes())) {
-        Some(key) => Err(StateFileError::LivingKey { key }),
-        // Printable and short, whatever the file says.
-        None => {
-            let name = stem.unwrap_or(entry);
-            Err(StateFileError::UnknownKey { name: name[..name.len().min(60)].escape_ascii().to_string() })
+    let mut bytes = [0; 8];
+    let number = match header.descr.as_deref() {
+        Some("<f8" | "=f8" | "f8") => file.read_exact(&mut bytes).map(|()| f64::from_le_bytes(bytes)),
+        Some("<f4" | "=f4" | "f4") => {
+            let mut bytes = [0; 4];
+            file.read_exact(&mut bytes).map(|()| f64::from(f32::from_le_bytes(bytes)))
         }
+        descr => {
+            let found = descr.map_or_else(|| "a structure".to_owned(), npy::type_name);
+            let fix = format!("np.float64({name})");
+            return Err(StateFileError::Type { key: name, found, wanted: "float64", fix });
+        }
+    };
+    let number = number.map_err(|error| unread(name, error))?;
+    end(&mut file).map_err(|error| unread(name, error))?;
+    Ok(number)
+}
+
+fn header_fault(name: &'static str) -> impl Fn(HeaderFault) -> StateFileError {
+    move |fault| match fault {
+        HeaderFault::Read(error) => unread(name, error),
+        HeaderFault::Malformed(why) => StateFileError::Header { key: name, why },
+    }
+}
+
+/// An entry of the archive.
+#[derive(Clone, Copy)]
+enum Entry {
+    Array(Key),
+    Number(LedgerKey),
+}
+
+impl Entry {
+    fn named(entry: &[u8]) -> Result<Self, StateFileError> {
+        let stem = entry.strip_suffix(b".npy");
+        let is_called = |name: &str| stem == Some(name.as_bytes());
+        let array = Key::ALL.into_iter().find(|key| is_called(key.name())).map(Self::Array);
+        let number = LedgerKey::ALL.into_iter().find(|key| is_called(key.name())).map(Self::Number);
+        array.or(number).ok_or_else(|| {
+            // Printable and short, whatever the file says.
+            let name = stem.unwrap_or(entry);
+            StateFileError::UnknownKey { name: name[..name.len().min(60)].escape_ascii().to_string() }
+        })
     }
 }
 

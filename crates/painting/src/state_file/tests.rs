@@ -253,8 +253,12 @@ fn names_are_those_of_a_state() {
     assert_eq!(error.hint().as_deref(), Some("did you mean `pressure`?"));
     let error = with("../\n\u{1b}[31m", Vec::new()).unwrap_err();
     assert_eq!(error.to_string().lines().count(), 1);
-    let error = with("evaporated", npy("'<f8'", false, "()", &[0; 8])).unwrap_err();
-    assert!(matches!(error, StateFileError::LivingKey { key: "evaporated" }));
+    let error = with("evaporated", npy("'<f8'", false, "(2,)", &[0; 16])).unwrap_err();
+    assert!(matches!(error, StateFileError::Shape { key: "evaporated", .. }), "{error}");
+    let error = with("cells_per_mm", npy("'<i8'", false, "()", &[4, 0, 0, 0, 0, 0, 0, 0])).unwrap_err();
+    assert!(matches!(error, StateFileError::Type { key: "cells_per_mm", .. }), "{error}");
+    let error = with("contact_carry", npy("'<f8'", false, "()", &1.5f64.to_le_bytes())).unwrap_err();
+    assert!(error.to_string().contains("from 0 to below 1"), "{error}");
     let error = read_bytes(&npz(&[("height", floats("(2, 3)", &[0.5; 6]))])).unwrap_err();
     assert!(matches!(error, StateFileError::NoWetMask));
     assert!(matches!(read_bytes(&npz(&[])), Err(StateFileError::NoWetMask)));

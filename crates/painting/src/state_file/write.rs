@@ -9,7 +9,7 @@ use zip::result::ZipError;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, System, ZipWriter};
 
-use super::{Key, StateFileError, npy};
+use super::{Key, LedgerKey, StateFileError, npy};
 
 /// Bytes that are handed on at once.
 const BUFFER: usize = 256 << 10;
@@ -53,6 +53,14 @@ pub fn write(state: &WashState, writer: impl Write) -> Result<(), StateFileError
                 Key::Deposited => write_floats(&mut zip, &state.deposited, [rows, columns]),
             })
             .map_err(StateFileError::Write)?;
+    }
+    if let Some(mut ledger) = state.ledger {
+        for key in LedgerKey::ALL {
+            let header = npy::header("<f8", &[]);
+            let number = key.of(&mut ledger).to_le_bytes();
+            zip.start_file(format!("{}.npy", key.name()), options(header.len() as u64 + 8)).map_err(packed)?;
+            zip.write_all(&header).and_then(|()| zip.write_all(&number)).map_err(StateFileError::Write)?;
+        }
     }
     zip.finish().map_err(packed)?.into_inner().flush().map_err(StateFileError::Write)
 }

@@ -5,6 +5,7 @@
 //! of wet cells of each pool; the plain one runs every routine by itself over the whole canvas. They give the same bits.
 
 pub mod c97;
+pub mod living;
 mod pipeline;
 mod pool;
 pub mod pools;
@@ -16,7 +17,10 @@ mod world;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::params::{C97Params, Capillary};
+use crate::creep;
+use crate::dry::Vanishing;
+use crate::mobility::Film;
+use crate::params::{C97Params, Capillary, LivingParams};
 use crate::pigment::Exchange;
 use crate::simulate_capillary_flow::Pores;
 use crate::state::WashState;
@@ -31,16 +35,57 @@ pub struct Task {
     pub momentum: Momentum,
     pub slope_scale: f32,
     pub edge_darkening: f64,
-    pub edge_kernel: u32,
+    /// K, cells.
+    pub edge_kernel: f64,
     pub relax_rate: f32,
     pub relax_tolerance: f32,
     pub relax_max_sweeps: u32,
     pub exchanges: Vec<Exchange>,
     pub pores: Option<Pores>,
+    /// What the living wash needs besides; `None` for C97.
+    pub living: Option<LivingTask>,
 }
 
+/// The parameters of the living wash in cells.
+#[derive(Clone, Debug)]
+pub struct LivingTask {
+    /// r: cells to a reference cell of 0.25 mm.
+    pub scale: f64,
+    /// Cells over which the slope term sees the mean height.
+    pub slope_band: f64,
+    /// What a tilted board adds to u and v in a step.
+    pub pull: [f32; 2],
+    pub compressibility: f64,
+    /// r².
+    pub stiffness: f32,
+    pub speed_limit: f32,
+    pub film: Film,
+    pub evaporation: f32,
+    pub pore_evaporation: f32,
+    pub pore_depth: f32,
+    pub rim_exponent: u32,
+    /// Pigment diffusion, cells² per step.
+    pub diffusion: f32,
+    pub packing_limit: f32,
+    pub settling: f32,
+    /// Passes of capillary diffusion in a step.
+    pub pore_passes: usize,
+    pub vanishing: Vanishing,
+    pub contact: creep::Edge,
+    /// Cells that an edge may advance in a step.
+    pub creep: f64,
+}
+
+/// Reference cells a millimetre: r = 1.
+pub const REFERENCE: f64 = 4.0;
+/// What a board that stands upright adds to the velocity of water in a step, reference cells.
+const GRAVITY: f64 = 0.2;
+/// How often what flows into thin film is counted in.
+pub const WIDENINGS: usize = 2;
+
 impl Task {
-    pub fn new(params: &C97Params, capillary: Option<&Capillary>, exchanges: Vec<Exchange>) -> Self {
+    /// C97's task.
+    pub fn c97(params: &C97Params, capillary: Option<&Capillary>, exchanges: Vec<Exchange>) -> Self {
         Self {
             momentum: Momentum {
                 dt: 1.0,
@@ -48,13 +93,70 @@ impl Task {
                 viscous_drag: params.viscous_drag as f32,
             },
             edge_darkening: params.edge_darkening,
-            edge_kernel: params.edge_kernel,
+            edge_kernel: f64::from(params.edge_kernel),
             slope_scale: params.slope_scale as f32,
             relax_rate: params.relax_rate as f32,
             relax_tolerance: params.relax_tolerance as f32,
             relax_max_sweeps: params.relax_max_sweeps,
             exchanges,
             pores: capillary.map(Pores::from),
+            living: None,
+        }
+    }
+
+    /// The living wash's task: millimetres become cells.
+    pub fn living(params: &LivingParams, cells_per_mm: f64, exchanges: Vec<Exchange>) -> Self {
+        let scale = cells_per_mm / REFERENCE;
+        let area = scale * scale;
+        // The living wash's own passes are at the limit of stability, a quarter.
+        let passes = libm::ceil(area).max(1.0);
+        let steepness = GRAVITY * libm::sin(params.tilt.to_radians()) * scale;
+        let toward = params.tilt_toward.to_radians();
+        let [least, most] = params.capacity;
+        Self {
+            momentum: Momentum {
+                dt: 1.0,
+                viscosity: (params.viscosity * cells_per_mm * cells_per_mm) as f32,
+                viscous_drag: params.viscous_drag as f32,
+            },
+            slope_scale: (params.slope_scale * area) as f32,
+            edge_darkening: params.edge_darkening,
+            edge_kernel: params.edge_width * cells_per_mm,
+            relax_rate: 0.0,
+            relax_tolerance: 0.0,
+            relax_max_sweeps: 0,
+            exchanges,
+            pores: Some(Pores::living(params, 0.25 * area / passes)),
+            living: Some(LivingTask {
+                scale,
+                slope_band: params.slope_band * cells_per_mm,
+                pull: [libm::cos(toward), libm::sin(toward)].map(|part| (steepness * part) as f32),
+                compressibility: params.compressibility,
+                stiffness: area as f32,
+                speed_limit: (params.speed_limit * cells_per_mm) as f32,
+                film: Film { flowing: params.flowing_film as f32, least: params.least_mobility as f32 },
+                evaporation: params.evaporation as f32,
+                pore_evaporation: params.pore_evaporation as f32,
+                pore_depth: params.pore_depth as f32,
+                rim_exponent: params.rim_exponent,
+                diffusion: (params.pigment_diffusion * cells_per_mm * cells_per_mm) as f32,
+                packing_limit: params.packing_limit as f32,
+                settling: params.settling as f32,
+                pore_passes: passes as usize,
+                vanishing: Vanishing {
+                    thinnest: (2.0 * params.drying_film) as f32,
+                    refilling: params.wetting_film as f32,
+                },
+                contact: creep::Edge {
+                    wetting: params.wetting_film as f32,
+                    pinning: params.pinning as f32,
+                    roughness: params.pin_roughness as f32,
+                    share: params.creep_share as f32,
+                    capacity: least as f32,
+                    capacity_range: (most - least) as f32,
+                },
+                creep: params.creep_speed * cells_per_mm,
+            }),
         }
     }
 

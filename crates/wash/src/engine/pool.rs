@@ -1,6 +1,10 @@
 //! One pool of water: a state, and the passes of row stages over its runs of wet cells, in bands of rows.
 
-use girtin_grid::Field;
+mod contact;
+
+use std::ops::Range;
+
+use girtin_grid::{Field, Layout};
 use rayon::prelude::*;
 
 use super::Task;
@@ -8,8 +12,8 @@ use super::pipeline::{depth, descend};
 use super::rows::{Halo, Rows, share};
 use super::scratch::Scratch;
 use super::stage::Stage;
-use super::world::{Changes, Found, World};
-use crate::flow_outward::Outflow;
+use super::world::{Changes, Found, LivingRows, Place, World};
+use crate::flow_outward::{Edge, Outflow};
 use crate::region::Region;
 use crate::state::WashState;
 
@@ -32,11 +36,42 @@ pub struct Pool {
     damp_cuts: Vec<usize>,
     scratch: Vec<Scratch>,
     halos: Halos,
+    /// What only the living wash needs.
+    living: Option<LivingFields>,
     /// No slope term of a wet face is larger.
     steepest: f32,
     /// Whether stages visit the whole canvas whatever is wet.
     is_plain: bool,
 }
+
+/// What the living wash keeps of each cell and face.
+#[derive(Debug)]
+struct LivingFields {
+    mobility_u: Field<f32>,
+    mobility_v: Field<f32>,
+    /// Used in steps of several sub-steps.
+    keep_u: Field<f32>,
+    keep_v: Field<f32>,
+    cover: Field<f32>,
+    /// What the slope term sees, if not the height itself.
+    slope_height: Option<Field<f32>>,
+    /// [`DAMP`] where there is water, [`EVER_DAMP`] where there was any since the pool was made.
+    damp: Field<u8>,
+    /// Rows whose cells became wet or dry since the regions were last looked at.
+    changed_rows: Vec<usize>,
+    /// Field rows and columns in which water may come and go.
+    within: (Range<usize>, Range<usize>),
+    /// Whether water has left them.
+    needs_room: bool,
+    steps: u32,
+}
+
+/// Film or pore water is there.
+const DAMP: u8 = 1;
+/// It was there once.
+const EVER_DAMP: u8 = 2;
+/// Steps after which dry paper is looked for again.
+const STEPS_TO_SHRINK: u32 = 32;
 
 /// Copies of rows beside each band, for every field that a pass may change.
 #[derive(Debug, Default)]
@@ -48,6 +83,9 @@ struct Halos {
     saturation: Vec<Halo<f32>>,
     suspended: Vec<Vec<Halo<f32>>>,
     deposited: Vec<Vec<Halo<f32>>>,
+    mobility: [Vec<Halo<f32>>; 2],
+    keep: [Vec<Halo<f32>>; 2],
+    cover: Vec<Halo<f32>>,
 }
 
 /// Where water is or, with the capillary layer on, may come: pore water reaches only cells that have some.
@@ -55,6 +93,11 @@ pub fn reach(state: &WashState, task: &Task) -> Region {
     if task.pores.is_none() {
         return Region::of(&state.wet_mask, |wet| wet != 0);
     }
+    Region::of(&damp_cells(state), |damp| damp != 0)
+}
+
+/// 1 where there is film or pore water.
+fn damp_cells(state: &WashState) -> Field<u8> {
     let mut damp = Field::<u8>::zeroed(state.layout());
     for row in state.layout().rows() {
         let (wet, pores) = (state.wet_mask.row(row), state.saturation.row(row));
@@ -65,28 +108,44 @@ pub fn reach(state: &WashState, task: &Task) -> Region {
             *damp = u8::from(wet != 0 || s != 0.0);
         }
     }
-    Region::of(&damp, |damp| damp != 0)
+    damp
 }
 
 impl Pool {
-    /// Finds where in the pool the water is.
-    pub fn new(state: WashState, task: &Task, threads: usize) -> Self {
+    /// Finds where in the pool the water is; `slope_height` is what the slope term sees, if not the height.
+    pub fn new(
+        state: WashState,
+        slope_height: Option<Field<f32>>,
+        task: &Task,
+        threads: usize,
+    ) -> Self {
         let damp = if task.pores.is_some() { reach(&state, task) } else { Region::empty() };
         let wet = Region::of(&state.wet_mask, |wet| wet != 0);
-        Self::over(state, task, threads, [wet, damp], false)
+        Self::over(state, slope_height, task, threads, [wet, damp], false)
     }
 
     /// A pool whose stages visit the whole canvas, wet or dry, in one band.
-    pub fn plain(state: WashState, task: &Task) -> Self {
+    pub fn plain(state: WashState, slope_height: Option<Field<f32>>, task: &Task) -> Self {
         let canvas = Region::whole(state.layout());
-        Self::over(state, task, 1, [canvas.clone(), canvas], true)
+        Self::over(state, slope_height, task, 1, [canvas.clone(), canvas], true)
     }
 
-    fn over(state: WashState, task: &Task, threads: usize, [wet, damp]: [Region; 2], is_plain: bool) -> Self {
+    fn over(
+        state: WashState,
+        slope_height: Option<Field<f32>>,
+        task: &Task,
+        threads: usize,
+        [wet, damp]: [Region; 2],
+        is_plain: bool,
+    ) -> Self {
         let layout = state.layout();
         let bands = if threads == 1 { 1 } else { threads * BANDS_PER_THREAD };
         let mut outflow = Outflow::new(layout, task.edge_darkening, task.edge_kernel);
-        outflow.renew(&state.wet_mask, layout.rows(), layout.columns(), bands);
+        if task.living.is_none() {
+            let edge = Edge { mask: &state.wet_mask, cover: None };
+            outflow.renew(edge, layout.rows(), layout.columns(), bands);
+        }
+        let living = task.living.as_ref().map(|_| LivingFields::new(&state, slope_height));
         let (wet_cuts, damp_cuts, scratch) = (Vec::new(), Vec::new(), Vec::new());
         let halos = Halos::default();
         let mut pool = Self {
@@ -99,6 +158,7 @@ impl Pool {
             damp_cuts,
             scratch,
             halos,
+            living,
             steepest: 0.0,
             is_plain,
         };
@@ -165,8 +225,30 @@ impl Pool {
             share_all(&mut state.suspended, cuts, &mut halos.suspended, halo(Changes::SUSPENDED));
         let mut deposited =
             share_all(&mut state.deposited, cuts, &mut halos.deposited, halo(Changes::DEPOSITED));
+        let has_keep = stages.iter().any(|stage| matches!(stage, Stage::Keep(_) | Stage::Advance(_)));
+        let mut slope_height = None;
+        let mut living_rows = self.living.as_mut().zip(task.living.as_ref()).map(|(fields, task)| {
+            let [mobility_u, mobility_v] = &mut halos.mobility;
+            let [keep_u, keep_v] = &mut halos.keep;
+            let (mobility, keep) = (halo(Changes::MOBILITY), halo(Changes::KEEP));
+            slope_height = fields.slope_height.as_ref();
+            let mobility_u = share(&mut fields.mobility_u, cuts, mobility_u, mobility);
+            let mobility_v = share(&mut fields.mobility_v, cuts, mobility_v, mobility);
+            let keep_u = share(&mut fields.keep_u, cuts, keep_u, keep);
+            let keep_v = share(&mut fields.keep_v, cuts, keep_v, keep);
+            let cover = share(&mut fields.cover, cuts, &mut halos.cover, halo(Changes::COVER));
+            let bands = mobility_u.into_iter().zip(mobility_v).zip(keep_u.into_iter().zip(keep_v)).zip(cover);
+            bands.map(move |(((mobility_u, mobility_v), (keep_u, keep_v)), cover)| LivingRows {
+                task,
+                mobility_u,
+                mobility_v,
+                keep: has_keep.then_some([keep_u, keep_v]),
+                cover,
+            })
+        });
         let bands = cuts.windows(2).zip(&mut self.scratch);
         let worlds = bands.filter_map(|(cut, scratch)| {
+            let living = living_rows.as_mut().and_then(|rows| rows.next());
             Some(World {
                 task,
                 own: cut[0]..cut[1],
@@ -175,6 +257,7 @@ impl Pool {
                 damp: &self.damp,
                 outflow: &self.outflow,
                 height: &state.height,
+                slope_height: slope_height.unwrap_or(&state.height),
                 mask: mask.next()?,
                 u: u.next()?,
                 v: v.next()?,
@@ -182,13 +265,17 @@ impl Pool {
                 saturation: saturation.next()?,
                 suspended: suspended.iter_mut().filter_map(Iterator::next).collect(),
                 deposited: deposited.iter_mut().filter_map(Iterator::next).collect(),
+                living,
                 scratch,
                 found: Found::default(),
             })
         });
         let worlds: Vec<World<'_>> = worlds.collect();
+        let iterations = stages.iter().filter(|stage| matches!(stage, Stage::Iterate { .. })).count();
+        let widenings = stages.iter().filter(|stage| matches!(stage, Stage::WidenShare(..))).count();
         let work = |mut world: World<'_>| {
             world.scratch.begin();
+            world.scratch.make_room(iterations, widenings);
             descend(stages, &mut world);
             world.found
         };
@@ -199,28 +286,51 @@ impl Pool {
         }
     }
 
-    /// Looks again at what became wet.
-    pub fn grow(&mut self, task: &Task, grown: &[(usize, usize, usize)]) {
-        let Some(&(mut first_row, mut first, mut end)) = grown.first() else { return };
-        let mut last_row = first_row;
-        for &(row, from, to) in grown {
-            (first_row, last_row) = (first_row.min(row), last_row.max(row));
-            (first, end) = (first.min(from), end.max(to));
-            // The row below asks whether this one is wet throughout.
-            for row in row..=(row + 1).min(self.state.layout().rows().end - 1) {
-                if !self.is_plain {
-                    self.wet.rescan(&self.state.wet_mask, row, |wet| wet != 0);
-                }
-                self.note_slope(task, row);
-            }
+    /// Looks again at where cells became wet (C97).
+    pub fn grow(&mut self, task: &Task, rows: &[usize], place: Option<&Place>) {
+        let Some(place) = place else { return };
+        for &row in rows {
+            self.look_at_row(task, row);
         }
         self.cut(task);
-        self.outflow.renew(
-            &self.state.wet_mask,
-            first_row..last_row + 1,
-            first..end,
-            self.wet_cuts.len() - 1,
-        );
+        let edge = Edge { mask: &self.state.wet_mask, cover: None };
+        self.outflow.renew(edge, place.rows.clone(), place.columns.clone(), self.wet_cuts.len() - 1);
+    }
+
+    /// Finds the runs of wet cells of a row anew.
+    fn look_at_row(&mut self, task: &Task, row: usize) {
+        // The row below asks whether this one is wet throughout.
+        for row in row..=(row + 1).min(self.state.layout().rows().end - 1) {
+            if !self.is_plain {
+                self.wet.rescan(&self.state.wet_mask, row, |wet| wet != 0);
+            }
+            self.note_slope(task, row);
+        }
+    }
+}
+
+impl LivingFields {
+    fn new(state: &WashState, slope_height: Option<Field<f32>>) -> Self {
+        let layout: Layout = state.layout();
+        let field = || Field::<f32>::zeroed(layout);
+        let mut damp = damp_cells(state);
+        for row in layout.rows() {
+            // Read before writing: pages of untouched paper stay untouched.
+            damp.row_mut(row).iter_mut().filter(|damp| **damp != 0).for_each(|damp| *damp = DAMP | EVER_DAMP);
+        }
+        Self {
+            mobility_u: field(),
+            mobility_v: field(),
+            keep_u: field(),
+            keep_v: field(),
+            cover: field(),
+            slope_height,
+            damp,
+            changed_rows: Vec::new(),
+            within: (layout.rows(), layout.columns()),
+            needs_room: false,
+            steps: 0,
+        }
     }
 }
 

@@ -8,10 +8,11 @@
 use girtin_grid::{Field, Layout};
 use rayon::prelude::*;
 
-use super::Task;
+use super::{LivingTask, Task};
 use super::pool::{Pool, reach};
 use super::stage::Stage;
 use super::world::Found;
+use crate::band_limit::band_limited;
 use crate::region::Region;
 use crate::state::WashState;
 use crate::wash::Engine;
@@ -55,6 +56,10 @@ impl Rectangle {
         (self.right - self.left) * (self.bottom - self.top)
     }
 
+    fn meets(self, other: Self) -> bool {
+        self.left < other.right && other.left < self.right && self.top < other.bottom && other.top < self.bottom
+    }
+
     fn around(self, other: Self) -> Self {
         Self {
             left: self.left.min(other.left),
@@ -69,17 +74,35 @@ impl Pools {
     /// Finds the pools of a state, and takes their water: the state has it back after [`Pools::give_back`].
     pub fn new(state: &mut WashState, task: &Task, threads: usize) -> Self {
         let canvas = state.layout();
-        let parts = parts(&reach(state, task), canvas, task.edge_kernel as usize / 2);
+        let sight = (task.edge_kernel / 2.0) as usize;
+        let mut parts = parts(&reach(state, task), canvas, sight);
+        // Living water moves: it has room to, and is looked at again before it comes within sight of other water.
+        let room = task.living.as_ref().map(|_| sight / 2 + 2);
+        if let Some(room) = room {
+            parts = with_room(parts, canvas, room + ROOM_TO_MOVE);
+        }
         let wet: usize = parts.iter().flat_map(|part| &part.runs).map(|[_, first, end]| end - first).sum();
         let around: usize = parts.iter().map(|part| part.around.cells()).sum();
-        let place = |part: Option<Part>, state| Place { pool: Pool::new(state, task, threads), part };
+        let band = task.living.as_ref().map_or(0.0, |living| living.slope_band);
         // Copying to and fro pays only where the water is a small part of the canvas.
         let pools = if (2 * wet).max(around) > canvas.width() * canvas.height() {
-            vec![place(None, lend(state))]
+            let slope_height = band_limited(&state.height, canvas.rows(), canvas.columns(), band);
+            vec![Place { pool: Pool::new(lend(state), slope_height, task, threads), part: None }]
         } else {
             let parts = parts.into_iter().map(|part| {
-                let own = cut_out(state, &part);
-                place(Some(part), own)
+                let Rectangle { left, top, right, bottom } = part.around;
+                let (rows, columns) =
+                    (Layout::TOP + top..Layout::TOP + bottom, Layout::LEFT + left..Layout::LEFT + right);
+                let slope_height = band_limited(&state.height, rows, columns, band);
+                let mut pool = Pool::new(cut_out(state, &part), slope_height, task, threads);
+                if let Some(room) = room {
+                    // Where the canvas ends there is nothing to come close to.
+                    pool.keep_within(
+                        [if top == 0 { 0 } else { room }, if bottom == canvas.height() { 0 } else { room }],
+                        [if left == 0 { 0 } else { room }, if right == canvas.width() { 0 } else { room }],
+                    );
+                }
+                Place { pool, part: Some(part) }
             });
             parts.collect()
         };
@@ -88,7 +111,10 @@ impl Pools {
 
     /// The whole canvas as one pool whose routines run one by one.
     pub fn plain(state: &mut WashState, task: &Task) -> Self {
-        let place = Place { pool: Pool::plain(lend(state), task), part: None };
+        let band = task.living.as_ref().map_or(0.0, |living| living.slope_band);
+        let canvas = state.layout();
+        let slope_height = band_limited(&state.height, canvas.rows(), canvas.columns(), band);
+        let place = Place { pool: Pool::plain(lend(state), slope_height, task), part: None };
         Self { threads: 1, pools: vec![place], is_plain: true }
     }
 
@@ -112,6 +138,13 @@ impl Pools {
         for Place { pool, part } in &mut self.pools {
             match part {
                 None => *state = lend(pool.state()),
+                Some(part) if pool.is_living() => {
+                    // Where there was water once, be it dry now.
+                    let Rectangle { left, top, .. } = part.around;
+                    let ever = pool.ever_damp().into_iter();
+                    part.runs = ever.map(|[y, first, end]| [y + top, first + left, end + left]).collect();
+                    copy(state, part, pool.state(), Direction::IntoCanvas);
+                }
                 Some(part) => copy(state, part, pool.state(), Direction::IntoCanvas),
             }
         }
@@ -124,26 +157,87 @@ impl Pools {
 
     /// Runs a pass over all pools.
     pub fn pass(&mut self, task: &Task, stages: &[Stage]) -> Found {
-        if self.is_plain {
-            // Routine by routine.
-            let routines = stages.chunks(1).map(|routine| self.pass_over(task, routine));
-            return routines.collect::<Vec<_>>().into_iter().fold(Found::default(), Found::with);
+        if !self.is_plain {
+            return self.pass_over(task, stages);
         }
-        self.pass_over(task, stages)
+        // Routine by routine.
+        let routines = stages.chunk_by(|_, next| next.continues());
+        routines.map(|routine| self.pass_over(task, routine)).fold(Found::default(), Found::with)
     }
 
     fn pass_over(&mut self, task: &Task, stages: &[Stage]) -> Found {
-        let pass = |place: &mut Place| {
-            let found = place.pool.pass(task, stages);
-            place.pool.grow(task, &found.grown);
+        self.each(|pool| {
+            let found = pool.pass(task, stages);
+            pool.grow(task, &found.grown_rows, found.grown.as_ref());
             found
-        };
-        if self.threads == 1 || self.pools.len() == 1 {
-            self.pools.iter_mut().map(pass).fold(Found::default(), Found::with)
+        })
+        .into_iter()
+        .fold(Found::default(), Found::with)
+    }
+
+    /// Works on all pools; results are in their order.
+    fn each<T: Send>(&mut self, work: impl Fn(&mut Pool) -> T + Sync + Send) -> Vec<T> {
+        let pools = &mut self.pools;
+        if self.threads == 1 || pools.len() == 1 {
+            pools.iter_mut().map(|place| work(&mut place.pool)).collect()
         } else {
-            self.pools.par_iter_mut().map(pass).reduce(Found::default, Found::with)
+            pools.par_iter_mut().map(|place| work(&mut place.pool)).collect()
         }
     }
+
+    /// Whether there is any water in film or pores.
+    pub fn are_damp(&self) -> bool {
+        self.pools.iter().any(|place| place.pool.is_damp())
+    }
+
+    /// Finds anew where the wet paper ends.
+    pub fn renew_edges(&mut self, task: &Task) {
+        self.each(|pool| pool.renew_edges(task));
+    }
+
+    /// Lets film creep over the edge.
+    pub fn creep(&mut self, task: &Task, living: &LivingTask) {
+        self.each(|pool| pool.creep(task, living));
+    }
+
+    /// Dries cells whose film is gone; returns the water that evaporated with it, quanta.
+    pub fn dry(&mut self, task: &Task, living: &LivingTask, thinnest: i32, has_crept: bool) -> i64 {
+        self.each(|pool| pool.dry(task, living, thinnest, has_crept)).into_iter().sum()
+    }
+
+    /// After a step: follows what became wet or dry. The pools are made anew where water has moved too far.
+    pub fn look_again(&mut self, task: &Task, state: &mut WashState) {
+        self.each(|pool| pool.look_again(task));
+        if self.pools.iter().any(|place| place.pool.needs_room()) {
+            self.give_back(state);
+            *self = Self::new(state, task, self.threads);
+        }
+    }
+}
+
+/// Cells that living water may move before its pool is made anew.
+const ROOM_TO_MOVE: usize = 16;
+
+/// Parts with so many cells around them; those that come to lie over each other are one.
+fn with_room(parts: Vec<Part>, canvas: Layout, room: usize) -> Vec<Part> {
+    let mut apart: Vec<Part> = Vec::new();
+    for mut part in parts {
+        let Rectangle { left, top, right, bottom } = part.around;
+        part.around = Rectangle {
+            left: left.saturating_sub(room),
+            top: top.saturating_sub(room),
+            right: (right + room).min(canvas.width()),
+            bottom: (bottom + room).min(canvas.height()),
+        };
+        // A part that grew around one may now touch another.
+        while let Some(at) = apart.iter().position(|other| other.around.meets(part.around)) {
+            let other = apart.swap_remove(at);
+            part.around = part.around.around(other.around);
+            part.runs.extend(other.runs);
+        }
+        apart.push(part);
+    }
+    apart
 }
 
 /// The state, leaving one without cells.

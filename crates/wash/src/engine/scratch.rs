@@ -85,6 +85,56 @@ pub struct SweepScratch {
     pub above: usize,
 }
 
+/// The last few rows of something, by row number.
+#[derive(Debug)]
+pub struct Recent {
+    rows: Vec<Vec<f32>>,
+}
+
+impl Recent {
+    /// Holds `count` rows, a power of two.
+    fn new(stride: usize, count: usize) -> Self {
+        Self { rows: vec![vec![0.0; stride]; count.next_power_of_two()] }
+    }
+
+    /// A row that was made lately.
+    pub fn row(&self, row: usize) -> &[f32] {
+        &self.rows[row & (self.rows.len() - 1)]
+    }
+
+    /// A row to make.
+    pub fn row_mut(&mut self, row: usize) -> &mut [f32] {
+        let last = self.rows.len() - 1;
+        &mut self.rows[row & last]
+    }
+}
+
+/// What the solution of a relaxation keeps.
+#[derive(Debug, Default)]
+pub struct SolveScratch {
+    pub divergence: Option<Recent>,
+    /// q after each iteration, the first guess first.
+    pub q: Vec<Recent>,
+}
+
+/// What the film's move keeps: shares after each widening, and whether a row's are all 1.
+#[derive(Debug)]
+pub struct ShareScratch {
+    pub share: Recent,
+    pub is_short: [bool; 4],
+}
+
+/// What the packed transport of a pigment keeps.
+#[derive(Debug)]
+pub struct CarryScratch {
+    pub ring: Ring,
+    pub across: Vec<f32>,
+    pub above: Vec<f32>,
+    pub below: Vec<f32>,
+    /// The row whose upper faces `above` holds.
+    pub above_row: usize,
+}
+
 /// Scratch of one band.
 #[derive(Debug)]
 pub struct Scratch {
@@ -95,6 +145,19 @@ pub struct Scratch {
     pub suspended: Vec<Ring>,
     /// A ring per pass over the pores.
     pub pores: Vec<Ring>,
+    pub solve: SolveScratch,
+    /// One for the first shares and one for each widening.
+    pub shares: Vec<ShareScratch>,
+    /// Packed transport of each pigment.
+    pub carry: Vec<CarryScratch>,
+    /// Room in each cell for more pigment.
+    pub room: Recent,
+    /// The row up to which `room` is known.
+    pub room_row: usize,
+    /// Fractions of pigment that settle.
+    pub fraction: Vec<f32>,
+    /// A row of zeros.
+    pub zeros: Vec<f32>,
 }
 
 impl Scratch {
@@ -113,6 +176,13 @@ impl Scratch {
             sweeps: [sweep(), sweep()],
             suspended: (0..pigments).map(|_| Ring::new(stride)).collect(),
             pores: Vec::new(),
+            solve: SolveScratch::default(),
+            shares: Vec::new(),
+            carry: Vec::new(),
+            room: Recent::new(stride, 4),
+            room_row: NONE,
+            fraction: row(),
+            zeros: row(),
         }
     }
 
@@ -123,6 +193,43 @@ impl Scratch {
         self.advance.corner_row = NONE;
         self.sweeps.iter_mut().for_each(|sweep| sweep.above = NONE);
         self.suspended.iter_mut().chain(&mut self.pores).for_each(Ring::begin);
+        self.room_row = NONE;
+        for carry in &mut self.carry {
+            carry.ring.begin();
+            carry.above_row = NONE;
+        }
+    }
+
+    /// Makes room for a solution of so many iterations and for so many widenings of shares.
+    pub fn make_room(&mut self, iterations: usize, widenings: usize) {
+        if iterations > 0 {
+            let SolveScratch { divergence, q } = &mut self.solve;
+            // The divergence of a row is asked for until the last iteration has passed it.
+            let lag = iterations + 2;
+            if divergence.as_ref().is_none_or(|divergence| divergence.rows.len() < lag) {
+                *divergence = Some(Recent::new(self.stride, lag));
+            }
+            while q.len() <= iterations {
+                q.push(Recent::new(self.stride, 4));
+            }
+        }
+        while self.shares.len() <= widenings {
+            self.shares.push(ShareScratch { share: Recent::new(self.stride, 4), is_short: [true; 4] });
+        }
+    }
+
+    /// Packed transport of so many pigments.
+    pub fn carry(&mut self, pigments: usize) {
+        while self.carry.len() < pigments {
+            let row = || vec![0.0; self.stride];
+            self.carry.push(CarryScratch {
+                ring: Ring::new(self.stride),
+                across: row(),
+                above: row(),
+                below: row(),
+                above_row: NONE,
+            });
+        }
     }
 
     /// The ring of a pass over the pores.

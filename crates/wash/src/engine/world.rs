@@ -4,7 +4,7 @@ use std::ops::{BitOr, Range};
 
 use girtin_grid::Field;
 
-use super::Task;
+use super::{LivingTask, Task};
 use super::rows::Rows;
 use super::scratch::Scratch;
 use super::stage::Stage;
@@ -13,7 +13,7 @@ use crate::region::{Region, Run};
 
 /// Which fields a pass changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Changes(u8);
+pub struct Changes(u16);
 
 impl Changes {
     pub const NOTHING: Self = Self(0);
@@ -23,6 +23,9 @@ impl Changes {
     pub const SATURATION: Self = Self(8);
     pub const SUSPENDED: Self = Self(16);
     pub const DEPOSITED: Self = Self(32);
+    pub const MOBILITY: Self = Self(64);
+    pub const KEEP: Self = Self(128);
+    pub const COVER: Self = Self(256);
 
     pub fn contain(self, other: Self) -> bool {
         self.0 & other.0 == other.0
@@ -36,30 +39,94 @@ impl BitOr for Changes {
     }
 }
 
+/// A rectangle of field rows and columns.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Place {
+    pub rows: Range<usize>,
+    pub columns: Range<usize>,
+}
+
+impl Place {
+    fn around(self, other: Self) -> Self {
+        let join = |a: Range<usize>, b: Range<usize>| a.start.min(b.start)..a.end.max(b.end);
+        Self { rows: join(self.rows, other.rows), columns: join(self.columns, other.columns) }
+    }
+
+    /// Widens `known` by one run of a row.
+    pub fn note(known: &mut Option<Self>, row: usize, run: Run) {
+        let place = Self { rows: row..row + 1, columns: run.first..run.end };
+        *known = Some(match known.take() {
+            Some(known) => known.around(place),
+            None => place,
+        });
+    }
+}
+
 /// What the stages of a pass noted; nothing of it depends on an order.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// Bits of the largest speed after the slope.
+    /// Bits of the largest speed, after the slope or as far as film can drive it in the step.
     pub speed: i32,
+    /// Bits of the largest speed after a sub-step.
+    pub advanced: i32,
     /// Bits of the largest correction of each of a pass's sweeps.
     pub corrections: [i32; 2],
     /// Bits of the largest correction of the sweep to come.
     pub next_correction: i32,
     /// Bits of the largest sum of outflow speeds of a cell.
     pub outflow: i32,
-    /// Where cells became wet: row, first column and end.
-    pub grown: Vec<(usize, usize, usize)>,
+    /// Bits of the thinnest film.
+    pub thinnest: i32,
+    /// Film that evaporated, quanta.
+    pub evaporated: i64,
+    /// Saturation that evaporated, quanta.
+    pub pores_evaporated: i64,
+    /// Where cells became wet.
+    pub grown: Option<Place>,
+    /// Rows in which cells became wet.
+    pub grown_rows: Vec<usize>,
+    /// Where the cover changed.
+    pub uncovered: Option<Place>,
+}
+
+impl Default for Found {
+    fn default() -> Self {
+        Self {
+            speed: 0,
+            advanced: 0,
+            corrections: [0; 2],
+            next_correction: 0,
+            outflow: 0,
+            thinnest: i32::MAX,
+            evaporated: 0,
+            pores_evaporated: 0,
+            grown: None,
+            grown_rows: Vec::new(),
+            uncovered: None,
+        }
+    }
 }
 
 impl Found {
     pub fn with(mut self, other: Self) -> Self {
-        let Self { speed, corrections, next_correction, outflow, grown } = other;
-        self.speed = self.speed.max(speed);
-        self.corrections = [0, 1].map(|i| self.corrections[i].max(corrections[i]));
-        self.next_correction = self.next_correction.max(next_correction);
-        self.outflow = self.outflow.max(outflow);
-        self.grown.extend(grown);
-        self
+        let join = |a: Option<Place>, b: Option<Place>| match (a, b) {
+            (Some(a), Some(b)) => Some(a.around(b)),
+            (a, b) => a.or(b),
+        };
+        self.grown_rows.extend(other.grown_rows);
+        Self {
+            speed: self.speed.max(other.speed),
+            advanced: self.advanced.max(other.advanced),
+            corrections: [0, 1].map(|i| self.corrections[i].max(other.corrections[i])),
+            next_correction: self.next_correction.max(other.next_correction),
+            outflow: self.outflow.max(other.outflow),
+            thinnest: self.thinnest.min(other.thinnest),
+            evaporated: self.evaporated + other.evaporated,
+            pores_evaporated: self.pores_evaporated + other.pores_evaporated,
+            grown: join(self.grown, other.grown),
+            grown_rows: self.grown_rows,
+            uncovered: join(self.uncovered, other.uncovered),
+        }
     }
 }
 
@@ -75,6 +142,8 @@ pub struct World<'a> {
     pub damp: &'a Region,
     pub outflow: &'a Outflow,
     pub height: &'a Field<f32>,
+    /// The height that the slope term sees.
+    pub slope_height: &'a Field<f32>,
     pub mask: Rows<'a, u8>,
     pub u: Rows<'a, f32>,
     pub v: Rows<'a, f32>,
@@ -82,8 +151,21 @@ pub struct World<'a> {
     pub saturation: Rows<'a, f32>,
     pub suspended: Vec<Rows<'a, f32>>,
     pub deposited: Vec<Rows<'a, f32>>,
+    /// Fields of the living wash besides.
+    pub living: Option<LivingRows<'a>>,
     pub scratch: &'a mut Scratch,
     pub found: Found,
+}
+
+/// What the living wash keeps of each cell and face in a step.
+#[derive(Debug)]
+pub struct LivingRows<'a> {
+    pub task: &'a LivingTask,
+    pub mobility_u: Rows<'a, f32>,
+    pub mobility_v: Rows<'a, f32>,
+    /// What faces keep in a sub-step, if a step has several; else they keep their mobility.
+    pub keep: Option<[Rows<'a, f32>; 2]>,
+    pub cover: Rows<'a, f32>,
 }
 
 impl<'a> World<'a> {
@@ -112,6 +194,20 @@ impl<'a> World<'a> {
             Stage::Absorb => self.absorb(row),
             Stage::Diffuse(slot) => self.diffuse(row, slot),
             Stage::Spread => self.spread(row),
+            Stage::Cover => self.cover(row),
+            Stage::Mobility => self.mobility(row),
+            Stage::Keep(dt) => self.keep(row, dt),
+            Stage::BeginSolve { start } => self.begin_solve(row, start),
+            Stage::Iterate { number, iteration, stiffness } => self.iterate(row, number, iteration, stiffness),
+            Stage::Project { iterations, stiffness } => self.project(row, iterations, stiffness),
+            Stage::Share(compressibility) => self.share(row, compressibility),
+            Stage::WidenShare(number, compressibility) => self.widen_share(row, number, compressibility),
+            Stage::MoveFilm(widenings, compressibility) => self.move_film(row, widenings, compressibility),
+            Stage::Evaporate => self.evaporate(row),
+            Stage::CarryPacked(dt) => self.carry_packed(row, dt),
+            Stage::Settle => self.settle(row),
+            Stage::EvaporatePores => self.evaporate_pores(row),
+            Stage::AbsorbFilm => self.absorb_film(row),
         }
     }
 }

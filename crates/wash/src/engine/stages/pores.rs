@@ -1,6 +1,6 @@
 //! Rows for the routines that move pore water.
 
-use crate::engine::world::World;
+use crate::engine::world::{Place, World};
 use crate::simulate_capillary_flow::{PoreRows, absorb, diffuse, spread};
 
 impl World<'_> {
@@ -36,7 +36,8 @@ impl World<'_> {
         for &run in self.damp_runs(row) {
             let grown = spread(self.mask.row_mut(row), self.saturation.row(row), pores, run);
             if grown && self.own.contains(&row) {
-                self.found.grown.push((row, run.first, run.end));
+                Place::note(&mut self.found.grown, row, run);
+                self.found.grown_rows.push(row);
             }
         }
     }

@@ -4,7 +4,9 @@ use crate::engine::world::World;
 use crate::flow_outward::draw_off;
 use crate::move_pigment::outflow_speeds;
 use crate::relax_divergence::{CorrectionRows, FlowRows, apply, divergence};
-use crate::update_velocities::{SlopeRows, VelocityRows, add_slope, advance, corner_products};
+use crate::update_velocities::{
+    FilmRows, Hold, SlopeRows, VelocityRows, add_slope, add_slope_tilted, advance, advance_held, corner_products, drive,
+};
 
 impl World<'_> {
     pub fn flow(&self, row: usize) -> FlowRows<'_> {
@@ -18,14 +20,27 @@ impl World<'_> {
 
     pub fn add_slope(&mut self, row: usize) {
         let paper = SlopeRows {
-            height_above: self.height.row(row - 1),
-            height: self.height.row(row),
+            height_above: self.slope_height.row(row - 1),
+            height: self.slope_height.row(row),
+            mask_above: self.mask.row(row - 1),
+            mask: self.mask.row(row),
+        };
+        let film = FilmRows {
+            film_above: self.pressure.row(row - 1),
+            film: self.pressure.row(row),
             mask_above: self.mask.row(row - 1),
             mask: self.mask.row(row),
         };
         for &run in self.wet_runs(row) {
             let scale = self.task.slope_scale;
-            let speed = add_slope(self.u.row_mut(row), self.v.row_mut(row), &paper, scale, run);
+            let (u, v) = (self.u.row_mut(row), self.v.row_mut(row));
+            let speed = match &self.task.living {
+                None => add_slope(u, v, &paper, scale, run),
+                Some(living) => {
+                    add_slope_tilted(u, v, &paper, scale, living.pull, run);
+                    drive(u, v, &film, living.stiffness, run)
+                }
+            };
             self.found.speed = self.found.speed.max(speed);
         }
     }
@@ -59,7 +74,24 @@ impl World<'_> {
                 mask_above: self.mask.row(row - 1),
                 mask: self.mask.row(row),
             };
-            advance(u_here, v_here, &old, self.task.momentum(dt), run);
+            let momentum = self.task.momentum(dt);
+            match &self.living {
+                None => advance(u_here, v_here, &old, momentum, run),
+                Some(living) => {
+                    let [keep_u, keep_v] = match &living.keep {
+                        Some([keep_u, keep_v]) if dt < 1.0 => [keep_u, keep_v],
+                        _ => [&living.mobility_u, &living.mobility_v],
+                    };
+                    let hold = Hold {
+                        keep_u: keep_u.row(row),
+                        keep_v: keep_v.row(row),
+                        stiffness: living.task.stiffness,
+                        speed_limit: living.task.speed_limit,
+                    };
+                    let fastest = advance_held(u_here, v_here, &old, momentum, &hold, run);
+                    self.found.advanced = self.found.advanced.max(fastest);
+                }
+            }
         }
         std::mem::swap(&mut kept.corner, &mut kept.corner_below);
         kept.corner_row = row + 1;

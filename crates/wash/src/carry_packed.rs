@@ -1,0 +1,125 @@
+//! Transport of pigment in the living wash: van Leer's scheme, so that flow does not blur it; a packing limit, so that a
+//! rim has a width; and diffusion.
+
+use multiversion::multiversion;
+
+use crate::region::Run;
+
+/// How much a cell's neighbours may still bring into each cell of one row: 1 where it holds no pigment, 0 where it is full.
+///
+/// # Shapes and units
+/// Field rows; `amounts` are those of all pigments, suspended and deposited; `limit` is the amount that fills a cell.
+pub fn room(room: &mut [f32], amounts: &[&[f32]], limit: f32, run: Run) {
+    let (first, end) = (run.first, run.end);
+    let room = &mut room[first..end];
+    room.fill(0.0);
+    for amount in amounts {
+        add(room, &amount[first..end]);
+    }
+    finish_room(room, 1.0 / limit);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn add(sum: &mut [f32], amount: &[f32]) {
+    for (sum, amount) in sum.iter_mut().zip(amount) {
+        *sum += amount;
+    }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn finish_room(room: &mut [f32], scale: f32) {
+    for room in room {
+        let full = *room * scale;
+        let full = full * full;
+        let left = 1.0 - full * full;
+        *room = if left > 0.0 { left } else { 0.0 };
+    }
+}
+
+/// How far a sub-step carries and spreads.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// Length of the sub-step, steps.
+    pub dt: f32,
+    /// Diffusion in a sub-step, cells².
+    pub diffusion: f32,
+}
+
+/// What faces of one kind see along their axis: two cells on each side, and how fast water goes from one to the other.
+#[derive(Clone, Copy, Debug)]
+pub struct FaceRows<'a> {
+    /// Pigment in the cells two, and one before the face, one and two after.
+    pub cells: [&'a [f32]; 4],
+    /// Room in the cells before and after.
+    pub room: [&'a [f32]; 2],
+    /// Velocity through the face.
+    pub speed: &'a [f32],
+    /// Mobility of the face, 0 beside dry cells.
+    pub mobility: &'a [f32],
+}
+
+/// Pigment through `count` faces of one row in a sub-step; all rows begin at the first of them.
+///
+/// # Source
+/// van Leer 1974, second order with his limiter.
+pub fn flux(flux: &mut [f32], faces: &FaceRows<'_>, spread: Spread) {
+    flux_kernel(flux, faces, spread);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn flux_kernel(flux: &mut [f32], faces: &FaceRows<'_>, spread: Spread) {
+    let Spread { dt, diffusion } = spread;
+    let n = flux.len();
+    let [far_before, before, after, far_after] = faces.cells.map(|cells| &cells[..n]);
+    let [room_before, room_after] = faces.room.map(|room| &room[..n]);
+    let (speed, mobility) = (&faces.speed[..n], &faces.mobility[..n]);
+    for i in 0..n {
+        let way = speed[i] * dt;
+        let forward = way > 0.0;
+        // Upstream, downstream, and what lies farther upstream.
+        let up = if forward { before[i] } else { after[i] };
+        let down = if forward { after[i] } else { before[i] };
+        let far = if forward { far_before[i] } else { far_after[i] };
+        let (rise, next) = (up - far, down - up);
+        let product = rise * next;
+        let slope = if product > 0.0 { 2.0 * product / (rise + next) } else { 0.0 };
+        let room = if forward { room_after[i] } else { room_before[i] };
+        let carried = way * (up + 0.5 * (1.0 - way.abs()) * slope) * room;
+        let spread = diffusion * mobility[i] * (before[i] - after[i]);
+        flux[i] = if mobility[i] > 0.0 { carried + spread } else { 0.0 };
+    }
+}
+
+/// Sets the flux through faces without mobility to 0.
+pub fn clear_closed(flux: &mut [f32], mobility: &[f32]) {
+    for (flux, &mobility) in flux.iter_mut().zip(mobility) {
+        *flux = if mobility > 0.0 { *flux } else { 0.0 };
+    }
+}
+
+/// Adds what flows through the four faces of each cell of one row.
+///
+/// # Shapes and units
+/// Rows that begin at the run's first cell; `across` has one face more.
+///
+/// # Guarantees
+/// Amounts stay ≥ 0 while the sub-steps are as short as [`substep_speed`] asks for.
+pub fn gather(suspended: &mut [f32], across: &[f32], above: &[f32], below: &[f32]) {
+    gather_kernel(suspended, across, above, below);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn gather_kernel(suspended: &mut [f32], across: &[f32], above: &[f32], below: &[f32]) {
+    let n = suspended.len();
+    let (across, above, below) = (&across[..n + 1], &above[..n], &below[..n]);
+    for i in 0..n {
+        let gained = (across[i] - across[i + 1]) + (above[i] - below[i]);
+        let moved = suspended[i] + gained;
+        suspended[i] = if moved > 0.0 { moved } else { 0.0 }; // rounding may undercut 0 by one unit
+    }
+}
+
+/// The speed that decides on sub-steps: van Leer's scheme needs half the upwind step, and diffusion its own.
+pub fn substep_speed(outflow: f32, diffusion: f32) -> f32 {
+    2.0 * outflow + 4.0 * diffusion
+}

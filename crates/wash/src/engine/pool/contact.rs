@@ -1,0 +1,216 @@
+//! The edge of the living wash: where paper becomes wet, where it dries, and what that changes.
+
+use girtin_grid::Field;
+use rayon::prelude::*;
+
+use super::{DAMP, EVER_DAMP, LivingFields, Pool, STEPS_TO_SHRINK};
+use crate::creep::{Crept, Sheet, edge_rows};
+use crate::dry::vanished;
+use crate::engine::stage::Stage;
+use crate::engine::{LivingTask, Task};
+use crate::evaporate::QUANTA;
+use crate::flow_outward::Edge;
+use crate::settle::AroundRows;
+use crate::simulate_capillary_flow::Pores;
+use crate::state::WashState;
+
+impl Pool {
+    /// Whether there is any water in film or pores.
+    pub fn is_damp(&self) -> bool {
+        !self.damp.active().is_empty()
+    }
+
+    /// Whether it holds a living wash.
+    pub fn is_living(&self) -> bool {
+        self.living.is_some()
+    }
+
+    /// Water that comes closer than this to the first or last row or column calls for a new pool.
+    pub fn keep_within(&mut self, rows: [usize; 2], columns: [usize; 2]) {
+        let layout = self.state.layout();
+        let inner = |range: std::ops::Range<usize>, [first, last]: [usize; 2]| {
+            range.start + first..range.end.saturating_sub(last)
+        };
+        if let Some(living) = &mut self.living {
+            living.within = (inner(layout.rows(), rows), inner(layout.columns(), columns));
+        }
+    }
+
+    /// Whether water has come close to the pool's edge.
+    pub fn needs_room(&self) -> bool {
+        self.living.as_ref().is_some_and(|living| living.needs_room)
+    }
+
+    /// The cells that have been damp since the pool was made: row, first column and end, on the pool's own canvas.
+    pub fn ever_damp(&self) -> Vec<[usize; 3]> {
+        let Some(LivingFields { damp, .. }) = &self.living else { return Vec::new() };
+        let mut runs = Vec::new();
+        for y in 0..damp.layout().height() {
+            let cells = damp.cells(y);
+            let mut x = 0;
+            while let Some(first) = (x..cells.len()).find(|&x| cells[x] != 0) {
+                let end = (first..cells.len()).find(|&x| cells[x] == 0).unwrap_or(cells.len());
+                runs.push([y, first, end]);
+                x = end;
+            }
+        }
+        runs
+    }
+
+    /// Finds anew where the wet paper ends, if that has changed.
+    pub fn renew_edges(&mut self, task: &Task) {
+        let uncovered = self.pass(task, &[Stage::Cover]).uncovered;
+        let (Some(place), Some(living)) = (uncovered, &self.living) else { return };
+        let edge = Edge { mask: &self.state.wet_mask, cover: Some(&living.cover) };
+        self.outflow.renew(edge, place.rows, place.columns, self.damp_cuts.len() - 1);
+    }
+
+    /// Lets film creep over the edge.
+    pub fn creep(&mut self, task: &Task, living_task: &LivingTask) {
+        let WashState { wet_mask, pressure, saturation, height, .. } = &mut self.state;
+        let sheet = Sheet { mask: wet_mask, film: pressure, saturation, height };
+        let contact = &living_task.contact;
+        let rows = edge_rows(&self.wet, wet_mask.layout());
+        let look = |row: usize| {
+            let mut crept = Vec::new();
+            sheet.creep_row(contact, &self.wet, row, &mut crept);
+            crept
+        };
+        let crept: Vec<Crept> = if self.wet_cuts.len() > 2 {
+            rows.into_par_iter().flat_map_iter(look).collect()
+        } else {
+            rows.flat_map(look).collect()
+        };
+        let Some(living) = &mut self.living else { return };
+        let mut joined = Vec::new();
+        for Crept { row, x, film, joins } in crept {
+            pressure.row_mut(row)[x] = film;
+            if joins {
+                wet_mask.row_mut(row)[x] = 1;
+                living.damp.row_mut(row)[x] = DAMP | EVER_DAMP;
+                living.needs_room |= !(living.within.0.contains(&row) && living.within.1.contains(&x));
+                if joined.last() != Some(&row) {
+                    joined.push(row);
+                }
+            }
+        }
+        for &row in &joined {
+            self.look_at_row(task, row);
+            self.look_at_damp_row(row);
+        }
+        if let Some(living) = &mut self.living {
+            living.changed_rows.extend(joined);
+        }
+    }
+
+    /// Finds anew the damp cells of a row.
+    fn look_at_damp_row(&mut self, row: usize) {
+        if self.is_plain {
+            return;
+        }
+        let Some(living) = &self.living else { return };
+        for row in row..=(row + 1).min(self.state.layout().rows().end - 1) {
+            self.damp.rescan(&living.damp, row, |damp| damp & DAMP != 0);
+        }
+    }
+
+    /// Cells whose film is gone leave the wet paper; returns the water that evaporated with it, quanta.
+    ///
+    /// `thinnest` are the bits of the thinnest film; with `has_crept` it is not known.
+    pub fn dry(&mut self, task: &Task, living_task: &LivingTask, thinnest: i32, has_crept: bool) -> i64 {
+        // No paper is higher than 1.
+        let is_thin = has_crept || (thinnest as i64) < i64::from(living_task.vanishing.thinnest.to_bits() as i32);
+        let Some(pores) = task.pores.as_ref().filter(|_| is_thin) else { return 0 };
+        let WashState { wet_mask, pressure, height, .. } = &self.state;
+        let look = |row: usize| {
+            let film = AroundRows {
+                above: pressure.row(row - 1),
+                here: pressure.row(row),
+                below: pressure.row(row + 1),
+                mask_above: wet_mask.row(row - 1),
+                mask: wet_mask.row(row),
+                mask_below: wet_mask.row(row + 1),
+            };
+            let mut gone = Vec::new();
+            for &run in self.wet.runs(row) {
+                vanished(&mut gone, &film, height.row(row), living_task.vanishing, run);
+            }
+            (!gone.is_empty()).then_some((row, gone))
+        };
+        let rows = self.wet.active();
+        let gone: Vec<(usize, Vec<usize>)> = if self.wet_cuts.len() > 2 {
+            rows.into_par_iter().filter_map(look).collect()
+        } else {
+            rows.filter_map(look).collect()
+        };
+        let mut lost = 0;
+        for (row, gone) in &gone {
+            for &x in gone {
+                lost += self.leave(*row, x, pores, living_task.pore_depth);
+            }
+        }
+        if let Some(living) = &mut self.living {
+            living.changed_rows.extend(gone.iter().map(|(row, _)| row));
+        }
+        for (row, _) in gone {
+            self.look_at_row(task, row);
+        }
+        lost
+    }
+
+    /// A cell leaves the wet paper; returns the water that its pores cannot take, quanta.
+    fn leave(&mut self, row: usize, x: usize, pores: &Pores, depth: f32) -> i64 {
+        let state = &mut self.state;
+        state.wet_mask.row_mut(row)[x] = 0;
+        let film = &mut state.pressure.row_mut(row)[x];
+        let saturation = &mut state.saturation.row_mut(row)[x];
+        let room = depth * (pores.capacity(state.height.row(row)[x]) - *saturation).max(0.0);
+        let soaked = if *film < room { *film } else { room };
+        let filled = *saturation + soaked / depth;
+        let lost = f64::from(*film) - f64::from(depth) * (f64::from(filled) - f64::from(*saturation));
+        *saturation = filled;
+        *film = 0.0;
+        for (suspended, deposited) in state.suspended.iter_mut().zip(&mut state.deposited) {
+            deposited.row_mut(row)[x] += suspended.row(row)[x];
+            suspended.row_mut(row)[x] = 0.0;
+        }
+        // Its faces stand still, and nothing remembers that they moved.
+        let still = |u: &mut Field<f32>, v: &mut Field<f32>| {
+            u.row_mut(row)[x] = 0.0;
+            u.row_mut(row)[x + 1] = 0.0;
+            v.row_mut(row)[x] = 0.0;
+            v.row_mut(row + 1)[x] = 0.0;
+        };
+        still(&mut state.u, &mut state.v);
+        if let Some(living) = &mut self.living {
+            still(&mut living.mobility_u, &mut living.mobility_v);
+        }
+        (lost * QUANTA) as i64
+    }
+
+    /// After a step: bands follow what became wet or dry, and paper that has dried wholly is let go.
+    pub fn look_again(&mut self, task: &Task) {
+        let Some(living) = &mut self.living else { return };
+        living.steps += 1;
+        let shrinks = living.steps.is_multiple_of(STEPS_TO_SHRINK) && !self.is_plain;
+        let changed = !living.changed_rows.is_empty();
+        living.changed_rows.clear();
+        if shrinks {
+            for row in self.damp.active() {
+                let damp = living.damp.row_mut(row);
+                let (mask, saturation) = (self.state.wet_mask.row(row), self.state.saturation.row(row));
+                for run in self.damp.runs(row) {
+                    for x in run.first..run.end {
+                        let is_damp = mask[x] != 0 || saturation[x] != 0.0;
+                        damp[x] = damp[x] & EVER_DAMP | if is_damp { DAMP | EVER_DAMP } else { 0 };
+                    }
+                }
+            }
+            self.damp.shrink(&living.damp, |damp| damp & DAMP != 0);
+            self.wet.shrink(&self.state.wet_mask, |wet| wet != 0);
+        }
+        if changed || shrinks {
+            self.cut(task);
+        }
+    }
+}

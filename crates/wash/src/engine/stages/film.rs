@@ -1,0 +1,145 @@
+//! Rows for the relaxation of the living wash and for the move of its film.
+
+use crate::engine::world::World;
+use crate::evaporate::evaporate;
+use crate::move_film::{ShareRows, move_film, share, widen_share};
+use crate::relax_divergence::FlowRows;
+use crate::relax_implicitly::{Iteration, SolveRows, begin, iterate, project};
+
+impl World<'_> {
+    pub fn begin_solve(&mut self, row: usize, start: f32) {
+        let runs = self.wet_runs(row);
+        let flow = FlowRows {
+            u: self.u.row(row),
+            v: self.v.row(row),
+            v_below: self.v.row(row + 1),
+            mask: self.mask.row(row),
+        };
+        let solve = &mut self.scratch.solve;
+        let Some(divergence) = &mut solve.divergence else { return };
+        for &run in runs {
+            begin(divergence.row_mut(row), solve.q[0].row_mut(row), &flow, start, run);
+        }
+    }
+
+    pub fn iterate(&mut self, row: usize, number: usize, iteration: Iteration, stiffness: f32) {
+        let runs = self.wet_runs(row);
+        let Some(living) = &self.living else { return };
+        let solve = &mut self.scratch.solve;
+        let Some(divergence) = &solve.divergence else { return };
+        let (done, to_do) = solve.q.split_at_mut(number);
+        let (q, next) = (&done[number - 1], to_do[0].row_mut(row));
+        // The first iteration carries nothing on, so what was before does not matter.
+        let before = &done[number.saturating_sub(2)];
+        let rows = SolveRows {
+            above: q.row(row - 1),
+            here: q.row(row),
+            below: q.row(row + 1),
+            before: before.row(row),
+            divergence: divergence.row(row),
+            mobility_u: living.mobility_u.row(row),
+            mobility_v: living.mobility_v.row(row),
+            mobility_v_below: living.mobility_v.row(row + 1),
+        };
+        for &run in runs {
+            iterate(next, &rows, iteration, stiffness, run);
+        }
+    }
+
+    pub fn project(&mut self, row: usize, iterations: usize, stiffness: f32) {
+        let runs = self.wet_runs(row);
+        let Some(living) = &self.living else { return };
+        let q = &self.scratch.solve.q[iterations];
+        let q = [q.row(row - 1), q.row(row)];
+        let mobility = [living.mobility_u.row(row), living.mobility_v.row(row)];
+        for &run in runs {
+            project(self.u.row_mut(row), self.v.row_mut(row), q, mobility, stiffness, run);
+        }
+    }
+
+    pub fn share(&mut self, row: usize, compressibility: f32) {
+        let runs = self.wet_runs(row);
+        let flow = FlowRows {
+            u: self.u.row(row),
+            v: self.v.row(row),
+            v_below: self.v.row(row + 1),
+            mask: self.mask.row(row),
+        };
+        let kept = &mut self.scratch.shares[0];
+        let mut is_short = false;
+        for &run in runs {
+            let (fastest, short) =
+                share(kept.share.row_mut(row), self.pressure.row(row), &flow, compressibility, run);
+            self.found.outflow = self.found.outflow.max(fastest);
+            is_short |= short;
+        }
+        kept.is_short[row & 3] = is_short;
+    }
+
+    pub fn widen_share(&mut self, row: usize, number: usize, compressibility: f32) {
+        let runs = self.wet_runs(row);
+        let flow = FlowRows {
+            u: self.u.row(row),
+            v: self.v.row(row),
+            v_below: self.v.row(row + 1),
+            mask: self.mask.row(row),
+        };
+        let (before, now) = self.scratch.shares.split_at_mut(number);
+        let (before, now) = (&before[number - 1], &mut now[0]);
+        // Where no cell of the row fell short none does when more flows in.
+        let is_short = before.is_short[row & 3];
+        now.is_short[row & 3] = is_short;
+        let wider = now.share.row_mut(row);
+        for &run in runs {
+            if is_short {
+                let shares = ShareRows {
+                    above: before.share.row(row - 1),
+                    here: before.share.row(row),
+                    below: before.share.row(row + 1),
+                };
+                widen_share(wider, &shares, self.pressure.row(row), &flow, compressibility, run);
+            } else {
+                wider[run.first..run.end].fill(1.0);
+            }
+        }
+    }
+
+    pub fn move_film(&mut self, row: usize, widenings: usize, compressibility: f32) {
+        let runs = self.wet_runs(row);
+        let flow = FlowRows {
+            u: self.u.row(row),
+            v: self.v.row(row),
+            v_below: self.v.row(row + 1),
+            mask: self.mask.row(row),
+        };
+        let kept = &self.scratch.shares[widenings];
+        let is_limited = (row - 1..=row + 1).any(|row| kept.is_short[row & 3]);
+        let shares = ShareRows {
+            above: kept.share.row(row - 1),
+            here: kept.share.row(row),
+            below: kept.share.row(row + 1),
+        };
+        for &run in runs {
+            let shares = is_limited.then_some(&shares);
+            move_film(self.pressure.row_mut(row), shares, &flow, compressibility, run);
+        }
+    }
+
+    pub fn evaporate(&mut self, row: usize) {
+        let runs = self.wet_runs(row);
+        let Some(living) = &self.living else { return };
+        let everywhere = living.task.evaporation;
+        let has_edge = !self.outflow.spans(row).is_empty();
+        if everywhere == 0.0 && !has_edge {
+            return;
+        }
+        let edge = if has_edge { self.outflow.row(row) } else { &self.scratch.zeros };
+        let mut evaporated = 0;
+        for &run in runs {
+            evaporated += evaporate(self.pressure.row_mut(row), edge, self.mask.row(row), everywhere, run);
+        }
+        if self.own.contains(&row) {
+            self.found.evaporated += evaporated;
+        }
+    }
+}

@@ -1,0 +1,188 @@
+//! Relaxation of the living wash: one implicit solve in place of C97's sweeps, so that its cost and its effect are known
+//! at any resolution.
+//!
+//! C97 lets pressure spread for as many sweeps as it takes; n sweeps at rate ξ are a step of compressibility B = nξ. Here
+//! B is given: (1 − B r² ∇·m∇) q = ∇·u, then u += B r² m∇q, with m the mobility of faces. It is solved by Chebyshev's
+//! iteration on the known spectrum [1, 1 + 8 B r²], which needs no reductions, so any number of threads gives the same
+//! bits.
+
+use multiversion::multiversion;
+
+use crate::region::Run;
+use crate::relax_divergence::FlowRows;
+
+/// Error of the solution that is allowed, relative.
+const TOLERANCE: f64 = 1e-3;
+/// More iterations are never made.
+const MOST_ITERATIONS: u32 = 400;
+/// The flow stays below 1/√this of the speed of waves √B.
+const MACH: f64 = 2.0;
+
+/// One iteration: q₊ = q + carry (q − q₋) + gain (∇·u − A q).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Iteration {
+    /// How much of the last change is carried on.
+    pub carry: f32,
+    /// How much of the residual is added.
+    pub gain: f32,
+}
+
+/// How a relaxation is solved.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Relaxation {
+    /// B, raised where the flow would outrun the waves.
+    pub compressibility: f32,
+    /// B r².
+    pub stiffness: f32,
+    /// q begins as the divergence times this.
+    pub start: f32,
+    /// All iterations.
+    pub iterations: Vec<Iteration>,
+}
+
+impl Relaxation {
+    /// The relaxation of flow whose fastest face moves `fastest` cells a step, `scale` cells to a reference cell.
+    pub fn new(compressibility: f64, fastest: f32, scale: f64) -> Self {
+        let speed = f64::from(fastest) / scale;
+        let compressibility = compressibility.max(MACH * speed * speed);
+        let b = compressibility * scale * scale;
+        // The spectrum's middle and half width.
+        let (middle, half) = (1.0 + 4.0 * b, 4.0 * b);
+        let sigma = middle / half;
+        let root = libm::sqrt(1.0 + 8.0 * b);
+        let rate = (root - 1.0) / (root + 1.0);
+        // The error is at most 2 rateⁿ.
+        let count = libm::ceil(libm::log(TOLERANCE / 2.0) / libm::log(rate)).max(0.0);
+        let count = if count < f64::from(MOST_ITERATIONS) { count as u32 } else { MOST_ITERATIONS };
+        let mut rho = 1.0 / sigma;
+        let mut iterations = vec![Iteration { carry: 0.0, gain: (1.0 / middle) as f32 }];
+        for _ in 0..count {
+            let next = 1.0 / (2.0 * sigma - rho);
+            iterations.push(Iteration { carry: (next * rho) as f32, gain: (2.0 * next / half) as f32 });
+            rho = next;
+        }
+        Self {
+            compressibility: compressibility as f32,
+            stiffness: b as f32,
+            start: (1.0 / middle) as f32,
+            iterations,
+        }
+    }
+}
+
+/// The divergence of the flow in one row, and the first guess at q.
+pub fn begin(divergence: &mut [f32], q: &mut [f32], flow: &FlowRows<'_>, start: f32, run: Run) {
+    begin_kernel(divergence, q, flow, start, run);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn begin_kernel(divergence: &mut [f32], q: &mut [f32], flow: &FlowRows<'_>, start: f32, run: Run) {
+    let (first, n) = (run.first, run.len());
+    let (divergence, q) = (&mut divergence[first..][..n], &mut q[first..][..n]);
+    let u = &flow.u[first..][..n + 1];
+    let (v, v_below) = (&flow.v[first..][..n], &flow.v_below[first..][..n]);
+    for i in 0..n {
+        divergence[i] = (u[i + 1] - u[i]) + (v_below[i] - v[i]);
+        q[i] = start * divergence[i];
+    }
+}
+
+/// What an iteration reads: q of a row and its neighbours, q one iteration before, and the mobility of all faces.
+#[derive(Clone, Copy, Debug)]
+pub struct SolveRows<'a> {
+    /// q above.
+    pub above: &'a [f32],
+    /// q here.
+    pub here: &'a [f32],
+    /// q below.
+    pub below: &'a [f32],
+    /// q here one iteration before.
+    pub before: &'a [f32],
+    /// Divergence of the flow.
+    pub divergence: &'a [f32],
+    /// Mobility of the faces before each cell.
+    pub mobility_u: &'a [f32],
+    /// Mobility of the faces above.
+    pub mobility_v: &'a [f32],
+    /// Mobility of the faces below.
+    pub mobility_v_below: &'a [f32],
+}
+
+/// One iteration for the cells of one row.
+///
+/// # Shapes and units
+/// Field rows; `next` must not be `before`. `stiffness` is B r².
+pub fn iterate(next: &mut [f32], rows: &SolveRows<'_>, iteration: Iteration, stiffness: f32, run: Run) {
+    iterate_kernel(next, rows, iteration, stiffness, run);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn iterate_kernel(next: &mut [f32], rows: &SolveRows<'_>, iteration: Iteration, stiffness: f32, run: Run) {
+    let Iteration { carry, gain } = iteration;
+    let (first, n) = (run.first, run.len());
+    let next = &mut next[first..][..n];
+    let q = &rows.here[first - 1..][..n + 2];
+    let (above, below) = (&rows.above[first..][..n], &rows.below[first..][..n]);
+    let (before, divergence) = (&rows.before[first..][..n], &rows.divergence[first..][..n]);
+    let m_u = &rows.mobility_u[first..][..n + 1];
+    let (m_v, m_v_below) = (&rows.mobility_v[first..][..n], &rows.mobility_v_below[first..][..n]);
+    for i in 0..n {
+        let here = q[i + 1];
+        let sideways = m_u[i] * (here - q[i]) + m_u[i + 1] * (here - q[i + 2]);
+        let upright = m_v[i] * (here - above[i]) + m_v_below[i] * (here - below[i]);
+        let residual = divergence[i] - (here + stiffness * (sideways + upright));
+        next[i] = here + (carry * (here - before[i]) + gain * residual);
+    }
+}
+
+/// Gives the faces before and above the cells of one row the flow that the solution asks for.
+///
+/// # Shapes and units
+/// Field rows; `q_above` is that of the row above. `stiffness` is B r².
+pub fn project(
+    u: &mut [f32],
+    v: &mut [f32],
+    [q_above, q]: [&[f32]; 2],
+    [mobility_u, mobility_v]: [&[f32]; 2],
+    stiffness: f32,
+    run: Run,
+) {
+    project_kernel(u, v, [q_above, q], [mobility_u, mobility_v], stiffness, run);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn project_kernel(
+    u: &mut [f32],
+    v: &mut [f32],
+    [q_above, q]: [&[f32]; 2],
+    [mobility_u, mobility_v]: [&[f32]; 2],
+    stiffness: f32,
+    run: Run,
+) {
+    let (first, n) = (run.first, run.len());
+    let (u, v) = (&mut u[first..][..n], &mut v[first..][..n]);
+    let (q, q_above) = (&q[first - 1..][..n + 1], &q_above[first..][..n]);
+    let (m_u, m_v) = (&mobility_u[first..][..n], &mobility_v[first..][..n]);
+    for i in 0..n {
+        u[i] += stiffness * (m_u[i] * (q[i + 1] - q[i]));
+        v[i] += stiffness * (m_v[i] * (q[i + 1] - q_above[i]));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finer_grids_need_more_iterations_in_proportion() {
+        let count = |scale| Relaxation::new(0.4, 0.0, scale).iterations.len();
+        assert_eq!([count(1.0), count(2.0), count(4.0)], [9, 15, 29]);
+    }
+
+    #[test]
+    fn fast_flow_raises_the_compressibility() {
+        assert_eq!(Relaxation::new(0.4, 0.4, 1.0).compressibility, 0.4);
+        assert!((Relaxation::new(0.4, 1.0, 1.0).compressibility - 2.0).abs() < 1e-6);
+        assert!((Relaxation::new(0.4, 2.0, 2.0).compressibility - 2.0).abs() < 1e-6);
+    }
+}
