@@ -1,5 +1,5 @@
 //! Transport of pigment in the living wash: van Leer's scheme, so that flow does not blur it; a packing limit, so that a
-//! rim has a width; and diffusion.
+//! rim has a width; diffusion, and mixing by the flow itself, so that wetter paper makes softer edges.
 
 use multiversion::multiversion;
 
@@ -43,6 +43,8 @@ pub struct Spread {
     pub dt: f32,
     /// Diffusion in a sub-step, cells².
     pub diffusion: f32,
+    /// Cells over which flow mixes what it carries, in its own direction.
+    pub dispersion: f32,
 }
 
 /// What faces of one kind see along their axis: two cells on each side, and how fast water goes from one to the other.
@@ -68,26 +70,40 @@ pub fn flux(flux: &mut [f32], faces: &FaceRows<'_>, spread: Spread) {
 
 #[multiversion(targets("x86_64+avx2"))]
 fn flux_kernel(flux: &mut [f32], faces: &FaceRows<'_>, spread: Spread) {
-    let Spread { dt, diffusion } = spread;
+    let Spread { dt, diffusion, dispersion } = spread;
     let n = flux.len();
     let [far_before, before, after, far_after] = faces.cells.map(|cells| &cells[..n]);
     let [room_before, room_after] = faces.room.map(|room| &room[..n]);
     let (speed, mobility) = (&faces.speed[..n], &faces.mobility[..n]);
     for i in 0..n {
+        let cells = [far_before[i], before[i], after[i], far_after[i]];
         let way = speed[i] * dt;
-        let forward = way > 0.0;
-        // Upstream, downstream, and what lies farther upstream.
-        let up = if forward { before[i] } else { after[i] };
-        let down = if forward { after[i] } else { before[i] };
-        let far = if forward { far_before[i] } else { far_after[i] };
-        let (rise, next) = (up - far, down - up);
-        let product = rise * next;
-        let slope = if product > 0.0 { 2.0 * product / (rise + next) } else { 0.0 };
-        let room = if forward { room_after[i] } else { room_before[i] };
-        let carried = way * (up + 0.5 * (1.0 - way.abs()) * slope) * room;
-        let spread = diffusion * mobility[i] * (before[i] - after[i]);
-        flux[i] = if mobility[i] > 0.0 { carried + spread } else { 0.0 };
+        let carried = carried(cells, [room_before[i], room_after[i]], way);
+        let mixing = diffusion * mobility[i] + dispersion * way.abs();
+        let both = carried + mixing * (before[i] - after[i]);
+        flux[i] = if mobility[i] > 0.0 { both } else { 0.0 };
     }
+}
+
+/// What goes `way` cells through a face. Takes values and divides in any case, so that no branch keeps the loop from
+/// being vectors.
+#[inline(always)]
+fn carried(
+    [far_before, before, after, far_after]: [f32; 4],
+    [room_before, room_after]: [f32; 2],
+    way: f32,
+) -> f32 {
+    let forward = way > 0.0;
+    // Upstream, downstream, and what lies farther upstream.
+    let up = if forward { before } else { after };
+    let down = if forward { after } else { before };
+    let far = if forward { far_before } else { far_after };
+    let room = if forward { room_after } else { room_before };
+    let (rise, next) = (up - far, down - up);
+    let product = rise * next;
+    let mean = 2.0 * product / (rise + next);
+    let slope = if product > 0.0 { mean } else { 0.0 };
+    way * (up + 0.5 * (1.0 - way.abs()) * slope) * room
 }
 
 /// Sets the flux through faces without mobility to 0.
@@ -119,7 +135,7 @@ fn gather_kernel(suspended: &mut [f32], across: &[f32], above: &[f32], below: &[
     }
 }
 
-/// The speed that decides on sub-steps: van Leer's scheme needs half the upwind step, and diffusion its own.
-pub fn substep_speed(outflow: f32, diffusion: f32) -> f32 {
-    2.0 * outflow + 4.0 * diffusion
+/// The speed that decides on sub-steps: van Leer's scheme needs half the upwind step, mixing and diffusion their own.
+pub fn substep_speed(outflow: f32, dispersion: f32, diffusion: f32) -> f32 {
+    (2.0 + 2.0 * dispersion) * outflow + 4.0 * diffusion
 }

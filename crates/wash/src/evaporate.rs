@@ -32,10 +32,21 @@ fn evaporate_kernel(film: &mut [f32], edge: &[f32], mask: &[u8], everywhere: f32
         let dries = everywhere + edge[i];
         let dries = if dries < held { dries } else { held };
         let left = if m[i] != 0 { p[i] - dries } else { p[i] };
-        quanta += i64::from(((p[i] - left) * QUANTA as f32) as i32);
+        quanta += in_quanta(p[i] - left);
         p[i] = left;
     }
     quanta
+}
+
+/// An amount of water in quanta, cut off below one.
+///
+/// Adding 2²⁴ to an amount below 16 leaves no digit finer than a quantum in an f64, and the amount as the lowest bits of its
+/// pattern: whole vectors do that, while a checked conversion to an integer goes value by value.
+#[inline(always)]
+fn in_quanta(amount: f32) -> i64 {
+    const SHIFT: f64 = (1u64 << 24) as f64;
+    let bits = (f64::from(amount) + SHIFT).to_bits() as i64;
+    bits - SHIFT.to_bits() as i64
 }
 
 /// The pores of one row evaporate where no film covers them; returns how much, in quanta of saturation.
@@ -54,7 +65,7 @@ fn evaporate_pores_kernel(saturation: &mut [f32], mask: &[u8], amount: f32, run:
     for i in 0..n {
         let dries = if amount < s[i] { amount } else { s[i] };
         let left = if m[i] == 0 { s[i] - dries } else { s[i] };
-        quanta += i64::from(((s[i] - left) * QUANTA as f32) as i32);
+        quanta += in_quanta(s[i] - left);
         s[i] = left;
     }
     quanta

@@ -113,6 +113,10 @@ parameters! {
             symbol: "diff", label: "Pigment diffusion", unit: "mm²/step", default: 0.001875, hard: (0.0, 0.05), soft: (0.0, 0.02),
             acts: Simulation, doc: "How fast suspended pigment evens out by itself. It gives rims their width.", source: "custom",
         }
+        pigment_dispersion: f64 {
+            symbol: "disperse", label: "Pigment dispersion", unit: "mm", default: 0.0375, hard: (0.0, 0.25), soft: (0.0, 0.1),
+            acts: Simulation, doc: "Over which length flowing water mixes the pigment it carries. More makes softer edges on wet paper.", source: "custom",
+        }
         packing_limit: f64 {
             symbol: "pack", label: "Packing limit", unit: "pigment", default: 1.2, hard: (0.01, 100.0), soft: (0.5, 3.0),
             acts: Simulation, doc: "A place with this much pigment takes no more from the water. Less makes wider, paler rims.", source: "custom",
@@ -138,7 +142,7 @@ parameters! {
             acts: Simulation, doc: "How deep a film the water of full pores would make.", source: "custom",
         }
         rim_exponent: u32 {
-            symbol: "rim_expo", label: "Damp edge", unit: "1", default: 10, hard: (1.0, 64.0), soft: (1.0, 20.0),
+            symbol: "rim_expo", label: "Damp edge", unit: "1", default: 4, hard: (1.0, 64.0), soft: (1.0, 20.0),
             acts: Simulation, doc: "How nearly full pores must be to end the edge of a film. More makes dark edges on damper paper.", source: "custom",
         }
         settling: f64 {

@@ -259,17 +259,16 @@ fn advance_held_kernel(
     let Momentum { dt, viscosity, viscous_drag } = momentum;
     let (stiffness, limit) = (hold.stiffness, hold.speed_limit);
     let (first, n) = (run.first, run.len());
+    let (u_new, v_new) = (&mut u_new[first..][..n], &mut v_new[first..][..n]);
     let corner = &old.corner[first..][..n + 1];
     let corner_below = &old.corner_below[first..][..n + 1];
     let p = &old.pressure[first - 1..][..n + 1];
     let p_above = &old.pressure_above[first..][..n];
-    let mut fastest = 0;
+    let (keep_u, keep_v) = (&hold.keep_u[first..][..n], &hold.keep_v[first..][..n]);
 
     // u, v, p as in §4.3.1, grouped as in `advance_kernel`.
-    let u_new = &mut u_new[first..][..n];
     let u = &old.u[first - 1..][..n + 2];
     let (above, below) = (&old.u_above[first..][..n], &old.u_below[first..][..n]);
-    let keep = &hold.keep_u[first..][..n];
     for i in 0..n {
         let here = u[i + 1];
         let (before, after) = (u[i] + here, here + u[i + 2]);
@@ -277,21 +276,23 @@ fn advance_held_kernel(
         let laplacian = (u[i] + u[i + 2]) + (above[i] + below[i]) - 4.0 * here;
         let push =
             advection + viscosity * laplacian + stiffness * (p[i] - p[i + 1]) - viscous_drag * here; // D1
-        u_new[i] = held(here + dt * push, keep[i], limit);
-        fastest = fastest.max(u_new[i].abs().to_bits() as i32);
+        u_new[i] = held(here + dt * push, keep_u[i], limit);
     }
-    let v_new = &mut v_new[first..][..n];
     let v = &old.v[first - 1..][..n + 2];
     let (above, below) = (&old.v_above[first..][..n], &old.v_below[first..][..n]);
-    let keep = &hold.keep_v[first..][..n];
     for i in 0..n {
         let here = v[i + 1];
         let (before, after) = (above[i] + here, here + below[i]);
         let advection = 0.25 * (before * before - after * after) + (corner[i] - corner[i + 1]);
         let laplacian = (v[i] + v[i + 2]) + (above[i] + below[i]) - 4.0 * here;
         let push = advection + viscosity * laplacian + stiffness * (p_above[i] - p[i + 1]) - viscous_drag * here;
-        v_new[i] = held(here + dt * push, keep[i], limit);
-        fastest = fastest.max(v_new[i].abs().to_bits() as i32);
+        v_new[i] = held(here + dt * push, keep_v[i], limit);
+    }
+    // By itself: in the loops above it kept one of them from being vectors.
+    let mut fastest = 0;
+    for i in 0..n {
+        let bits = |x: f32| x.abs().to_bits() as i32;
+        fastest = fastest.max(bits(u_new[i]).max(bits(v_new[i])));
     }
     fastest
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use super::pools::Pools;
 use super::stage::Stage;
-use super::{Stop, Task, WIDENINGS, go_on, substeps};
+use super::{Stop, Task, go_on, substeps};
 use crate::carry_packed::substep_speed;
 use crate::evaporate::QUANTA;
 use crate::relax_implicitly::Relaxation;
@@ -42,11 +42,11 @@ impl LivingRun {
         // 2: relaxation, then the water. 3: edge darkening and evaporation.
         let relaxation = Relaxation::new(living.compressibility, f32::from_bits(fastest as u32), living.scale);
         let iterations = relaxation.iterations.len();
-        let (found, film_evaporated) = self.relax(task, &relaxation);
+        let (found, film_evaporated) = self.relax(task, &relaxation, living.widenings);
         // 4: pigment.
         go_on(found, cancel)?;
         let outflow = f32::from_bits(found as u32);
-        let speed = substep_speed(outflow, living.diffusion);
+        let speed = substep_speed(outflow, living.dispersion, living.diffusion);
         let n = substeps(speed.to_bits() as i32)?;
         let dt = 1.0 / n as f32;
         for _ in 1..n {
@@ -104,7 +104,7 @@ impl LivingRun {
     }
 
     /// Returns the bits of the largest sum of outflow speeds, and the film that evaporated.
-    fn relax(&mut self, task: &Task, relaxation: &Relaxation) -> (i32, i64) {
+    fn relax(&mut self, task: &Task, relaxation: &Relaxation, widenings: usize) -> (i32, i64) {
         let &Relaxation { compressibility, stiffness, start, ref iterations } = relaxation;
         self.pools.renew_edges(task);
         let mut stages = vec![Stage::BeginSolve { start }];
@@ -112,8 +112,8 @@ impl LivingRun {
         stages.extend(numbered.map(|(i, &iteration)| Stage::Iterate { number: i + 1, iteration, stiffness }));
         stages.push(Stage::Project { iterations: iterations.len(), stiffness });
         stages.push(Stage::Share(compressibility));
-        stages.extend((1..=WIDENINGS).map(|number| Stage::WidenShare(number, compressibility)));
-        stages.push(Stage::MoveFilm(WIDENINGS, compressibility));
+        stages.extend((1..=widenings).map(|number| Stage::WidenShare(number, compressibility)));
+        stages.push(Stage::MoveFilm(widenings, compressibility));
         stages.push(Stage::Evaporate);
         let found = self.pools.pass(task, &stages);
         (found.outflow, found.evaporated)

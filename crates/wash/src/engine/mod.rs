@@ -66,7 +66,11 @@ pub struct LivingTask {
     pub rim_exponent: u32,
     /// Pigment diffusion, cells² per step.
     pub diffusion: f32,
+    /// Cells over which flow mixes pigment.
+    pub dispersion: f32,
     pub packing_limit: f32,
+    /// How often what flows into thin film is counted in.
+    pub widenings: usize,
     pub settling: f32,
     /// Passes of capillary diffusion in a step.
     pub pore_passes: usize,
@@ -80,8 +84,8 @@ pub struct LivingTask {
 pub const REFERENCE: f64 = 4.0;
 /// What a board that stands upright adds to the velocity of water in a step, reference cells.
 const GRAVITY: f64 = 0.2;
-/// How often what flows into thin film is counted in.
-pub const WIDENINGS: usize = 2;
+/// How often what flows into thin film is counted in, a reference cell: as far as water may pass in a step, there and back.
+const WIDENINGS: f64 = 2.0;
 
 impl Task {
     /// C97's task.
@@ -140,7 +144,9 @@ impl Task {
                 pore_depth: params.pore_depth as f32,
                 rim_exponent: params.rim_exponent,
                 diffusion: (params.pigment_diffusion * cells_per_mm * cells_per_mm) as f32,
+                dispersion: (params.pigment_dispersion * cells_per_mm) as f32,
                 packing_limit: params.packing_limit as f32,
+                widenings: libm::ceil(WIDENINGS * scale).max(1.0) as usize,
                 settling: params.settling as f32,
                 pore_passes: passes as usize,
                 vanishing: Vanishing {

@@ -124,6 +124,16 @@ pub struct ShareScratch {
     pub is_short: [bool; 4],
 }
 
+/// What a pass over the pores keeps.
+#[derive(Debug)]
+pub struct PoreScratch {
+    pub ring: Ring,
+    /// How full the last rows were.
+    pub fill: Recent,
+    /// The row up to which that is known.
+    pub fill_row: usize,
+}
+
 /// What the packed transport of a pigment keeps.
 #[derive(Debug)]
 pub struct CarryScratch {
@@ -143,8 +153,8 @@ pub struct Scratch {
     pub sweeps: [SweepScratch; 2],
     /// A ring per pigment.
     pub suspended: Vec<Ring>,
-    /// A ring per pass over the pores.
-    pub pores: Vec<Ring>,
+    /// One per pass over the pores.
+    pub pores: Vec<PoreScratch>,
     pub solve: SolveScratch,
     /// One for the first shares and one for each widening.
     pub shares: Vec<ShareScratch>,
@@ -192,7 +202,11 @@ impl Scratch {
         self.advance.v.begin();
         self.advance.corner_row = NONE;
         self.sweeps.iter_mut().for_each(|sweep| sweep.above = NONE);
-        self.suspended.iter_mut().chain(&mut self.pores).for_each(Ring::begin);
+        self.suspended.iter_mut().for_each(Ring::begin);
+        for pores in &mut self.pores {
+            pores.ring.begin();
+            pores.fill_row = NONE;
+        }
         self.room_row = NONE;
         for carry in &mut self.carry {
             carry.ring.begin();
@@ -232,10 +246,11 @@ impl Scratch {
         }
     }
 
-    /// The ring of a pass over the pores.
-    pub fn pores(&mut self, slot: usize) -> &mut Ring {
+    /// What a pass over the pores keeps.
+    pub fn pores(&mut self, slot: usize) -> &mut PoreScratch {
         while self.pores.len() <= slot {
-            self.pores.push(Ring::new(self.stride));
+            let fill = Recent::new(self.stride, 4);
+            self.pores.push(PoreScratch { ring: Ring::new(self.stride), fill, fill_row: NONE });
         }
         &mut self.pores[slot]
     }

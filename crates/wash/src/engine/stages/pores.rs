@@ -1,7 +1,9 @@
 //! Rows for the routines that move pore water.
 
 use crate::engine::world::{Place, World};
-use crate::simulate_capillary_flow::{PoreRows, absorb, diffuse, spread};
+use crate::simulate_capillary_flow::{
+    FillRows, PoreRows, absorb, diffuse, diffuse_conducting, fill, spread,
+};
 
 impl World<'_> {
     pub fn absorb(&mut self, row: usize) {
@@ -15,19 +17,40 @@ impl World<'_> {
     pub fn diffuse(&mut self, row: usize, slot: usize) {
         let Some(pores) = &self.task.pores else { return };
         let runs = self.damp_runs(row);
-        let ring = self.scratch.pores(slot);
-        ring.take(self.damp, row, &self.saturation);
+        let kept = self.scratch.pores(slot);
+        kept.ring.take(self.damp, row, &self.saturation);
         let (here, below) = self.saturation.row_mut_and_below(row);
         let old = PoreRows {
-            above: &ring.above.values,
-            here: &ring.here.values,
+            above: &kept.ring.above.values,
+            here: &kept.ring.here.values,
             below,
             height_above: self.height.row(row - 1),
             height: self.height.row(row),
             height_below: self.height.row(row + 1),
         };
+        if self.living.is_none() {
+            for &run in runs {
+                diffuse(here, &old, pores, run);
+            }
+            return;
+        }
+        // How full rows are before this pass: those above and below are kept from row to row.
+        let known = if kept.fill_row == row { row + 1 } else { row - 1 };
+        for near in known..=row + 1 {
+            let saturation = match near {
+                near if near < row => old.above,
+                near if near == row => old.here,
+                _ => old.below,
+            };
+            for &run in self.damp.runs(near) {
+                fill(kept.fill.row_mut(near), saturation, self.height.row(near), pores, run);
+            }
+        }
+        kept.fill_row = row + 1;
+        let fill =
+            FillRows { above: kept.fill.row(row - 1), here: kept.fill.row(row), below: kept.fill.row(row + 1) };
         for &run in runs {
-            diffuse(here, &old, pores, run);
+            diffuse_conducting(here, &old, &fill, pores, run);
         }
     }
 
