@@ -167,12 +167,7 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
 }
 
 /// Puts `--cells-per-mm` into a living wash's state.
-fn set_scale(
-    state: &mut WashState,
-    args: &WashArgs,
-    model: &WashModel,
-    name: &str,
-) -> Result<(), Failure> {
+fn set_scale(state: &mut WashState, args: &WashArgs, model: &WashModel, name: &str) -> Result<(), Failure> {
     let is_living = matches!(model, WashModel::Living(_));
     if !is_living {
         // A state of C97 has no scale, and what C97 makes of another is one of its own.

@@ -31,7 +31,10 @@ impl WashSettings {
     /// The text is not TOML, a key is unknown or a value not allowed.
     pub fn from_toml(origin: &str, text: &str, default: WashModel) -> Result<Self, Problem> {
         let read = |table: &Table<'_>| {
-            Ok(Self { model: read_model(table, default)?, pigments: table.texts("pigments")?.unwrap_or_default() })
+            Ok(Self {
+                model: read_model(table, default)?,
+                pigments: table.texts("pigments")?.unwrap_or_default(),
+            })
         };
         parse(origin, text, read)
     }
@@ -92,7 +95,10 @@ mod tests {
 
     #[test]
     fn an_empty_file_is_the_model_s_defaults() {
-        assert_eq!(WashSettings::from_toml("wash.toml", "", WashModel::default()).unwrap(), WashSettings::default());
+        assert_eq!(
+            WashSettings::from_toml("wash.toml", "", WashModel::default()).unwrap(),
+            WashSettings::default()
+        );
     }
 
     #[test]
@@ -117,7 +123,8 @@ mod tests {
 
     #[test]
     fn unknown_keys_and_models_are_refused() {
-        let hint = |text: &str| WashSettings::from_toml("wash.toml", text, WashModel::c97()).unwrap_err().hint;
+        let hint =
+            |text: &str| WashSettings::from_toml("wash.toml", text, WashModel::c97()).unwrap_err().hint;
         assert_eq!(hint("viscosty = 0.1").as_deref(), Some("did you mean `viscosity`?"));
         assert_eq!(hint("[capillary]\nabsorbtion = 0.1").as_deref(), Some("did you mean `absorption`?"));
         assert!(hint("model = 'c98'").is_some());

@@ -8,7 +8,12 @@ use girtin_grid::{Field, Layout};
 ///
 /// The slope term sees this at high resolution: grain below a reference cell would push the flow the harder the finer it
 /// is resolved. What lies outside the canvas is left out of the mean. Returns `None` where the window is one cell.
-pub fn band_limited(height: &Field<f32>, rows: Range<usize>, columns: Range<usize>, width: f64) -> Option<Field<f32>> {
+pub fn band_limited(
+    height: &Field<f32>,
+    rows: Range<usize>,
+    columns: Range<usize>,
+    width: f64,
+) -> Option<Field<f32>> {
     if width <= 1.0 {
         return None;
     }
@@ -64,7 +69,8 @@ impl Window {
 
     fn along(&self, row: &[f32], columns: Range<usize>, canvas: &Range<usize>) -> Vec<f64> {
         let mean = |x: usize| {
-            let window = x.saturating_sub(self.reach()).max(canvas.start)..(x + self.reach() + 1).min(canvas.end);
+            let window =
+                x.saturating_sub(self.reach()).max(canvas.start)..(x + self.reach() + 1).min(canvas.end);
             let (mut sum, mut total) = (0.0, 0.0);
             for at in window {
                 let weight = self.at(at.abs_diff(x));
@@ -100,7 +106,8 @@ mod tests {
         }
         let (rows, columns) = (height.layout().rows(), height.layout().columns());
         let whole = band_limited(&height, rows, columns, 3.5).unwrap();
-        let part = band_limited(&height, Layout::TOP + 4..Layout::TOP + 9, Layout::LEFT..Layout::LEFT + 12, 3.5);
+        let part =
+            band_limited(&height, Layout::TOP + 4..Layout::TOP + 9, Layout::LEFT..Layout::LEFT + 12, 3.5);
         let part = part.unwrap();
         for y in 0..5 {
             assert_eq!(part.cells(y), &whole.cells(y + 4)[..12]);

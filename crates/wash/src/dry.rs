@@ -31,8 +31,7 @@ pub fn vanished(
             continue;
         }
         let beside = wet(film.here, film.mask, x - 1).max(wet(film.here, film.mask, x + 1));
-        let upright =
-            wet(film.above, film.mask_above, x).max(wet(film.below, film.mask_below, x));
+        let upright = wet(film.above, film.mask_above, x).max(wet(film.below, film.mask_below, x));
         if beside.max(upright) <= vanishing.refilling {
             gone.push(x);
         }

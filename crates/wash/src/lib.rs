@@ -40,6 +40,7 @@ pub mod pigment;
 pub mod state;
 pub mod wash;
 pub mod edit;
+pub mod tiles;
 
 mod band_limit;
 
@@ -64,8 +65,9 @@ pub mod dry;
 
 mod engine;
 
-pub use edit::Patch;
+pub use edit::{Patch, Taken};
 pub use params::{C97Params, Capillary, LivingParams, WashModel};
 pub use pigment::PigmentHandling;
 pub use state::{Ledger, StateError, WashState};
+pub use tiles::Tile;
 pub use wash::{Engine, RunConfig, RunError, RunReport, Wash};

@@ -171,10 +171,20 @@ impl WashState {
         total(&self.saturation) + over_wet
     }
 
+    /// A cell leaves the wet paper: its pigment settles, its water is gone and its faces stand still.
+    pub(crate) fn leave(&mut self, x: usize, y: usize) {
+        self.wet_mask.cells_mut(y)[x] = 0;
+        self.pressure.cells_mut(y)[x] = 0.0;
+        for (suspended, deposited) in self.suspended.iter_mut().zip(&mut self.deposited) {
+            deposited.cells_mut(y)[x] += suspended.cells(y)[x];
+            suspended.cells_mut(y)[x] = 0.0;
+        }
+        still_faces(&mut self.u, &mut self.v, x, y);
+    }
+
     /// Film, and the film that the water in the pores would make, over all cells.
     pub(crate) fn film_and_pores(&self, pore_depth: f64) -> f64 {
-        // Films and pores are f32 numbers, and so is the depth that exchanges them.
-        total(&self.pressure) + f64::from(pore_depth as f32) * total(&self.saturation)
+        total(&self.pressure) + pore_depth * total(&self.saturation)
     }
 
     /// The largest |u| or |v|.
@@ -232,6 +242,13 @@ impl WashState {
         }
         Ok(())
     }
+}
+
+/// Stills the four faces of a cell.
+pub(crate) fn still_faces(u: &mut Field<f32>, v: &mut Field<f32>, x: usize, y: usize) {
+    u.faces_mut(y)[x..x + 2].fill(0.0);
+    v.cells_mut(y)[x] = 0.0;
+    v.cells_mut(y + 1)[x] = 0.0;
 }
 
 fn total(field: &Field<f32>) -> f64 {

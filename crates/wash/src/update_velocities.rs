@@ -274,8 +274,7 @@ fn advance_held_kernel(
         let (before, after) = (u[i] + here, here + u[i + 2]);
         let advection = 0.25 * (before * before - after * after) + (corner[i] - corner_below[i]);
         let laplacian = (u[i] + u[i + 2]) + (above[i] + below[i]) - 4.0 * here;
-        let push =
-            advection + viscosity * laplacian + stiffness * (p[i] - p[i + 1]) - viscous_drag * here; // D1
+        let push = advection + viscosity * laplacian + stiffness * (p[i] - p[i + 1]) - viscous_drag * here; // D1
         u_new[i] = held(here + dt * push, keep_u[i], limit);
     }
     let v = &old.v[first - 1..][..n + 2];
@@ -285,7 +284,8 @@ fn advance_held_kernel(
         let (before, after) = (above[i] + here, here + below[i]);
         let advection = 0.25 * (before * before - after * after) + (corner[i] - corner[i + 1]);
         let laplacian = (v[i] + v[i + 2]) + (above[i] + below[i]) - 4.0 * here;
-        let push = advection + viscosity * laplacian + stiffness * (p_above[i] - p[i + 1]) - viscous_drag * here;
+        let push =
+            advection + viscosity * laplacian + stiffness * (p_above[i] - p[i + 1]) - viscous_drag * here;
         v_new[i] = held(here + dt * push, keep_v[i], limit);
     }
     // By itself: in the loops above it kept one of them from being vectors.

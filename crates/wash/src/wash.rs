@@ -10,6 +10,7 @@ use crate::engine::{REFERENCE, Stop, Task, still_dry_faces};
 use crate::params::{C97Params, WashModel};
 use crate::pigment::PigmentHandling;
 use crate::state::{Ledger, StateError, WashState};
+use crate::tiles::ChangedTiles;
 
 /// Which engine runs the row kernels. Both give the same bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -105,10 +106,11 @@ impl Running {
 #[derive(Debug)]
 pub struct Wash {
     pub(crate) state: WashState,
-    model: WashModel,
+    pub(crate) model: WashModel,
     handlings: Vec<PigmentHandling>,
     /// What the last run kept; `None` if where the water is has changed since.
     kept: Option<Running>,
+    pub(crate) changed: ChangedTiles,
     pool: Option<rayon::ThreadPool>,
 }
 
@@ -137,7 +139,8 @@ impl Wash {
         {
             return Err(StateError::Handling { pigment, fault });
         }
-        Ok(Self { state, model, handlings, kept: None, pool: None })
+        let changed = ChangedTiles::new(state.layout());
+        Ok(Self { state, model, handlings, kept: None, changed, pool: None })
     }
 
     /// The state.
@@ -162,8 +165,45 @@ impl Wash {
 
     /// Changes the physics from the next step on.
     pub fn set_model(&mut self, model: WashModel) {
+        if matches!(model, WashModel::Living(_)) {
+            self.state.ledger.get_or_insert(Ledger::new(REFERENCE));
+        }
         self.model = model;
         self.forget();
+    }
+
+    /// Leans the board: water runs down toward an angle, 0 to the right and 90 to the bottom, degrees. Only a living
+    /// wash does.
+    pub fn tilt(&mut self, degrees: f64, toward: f64) {
+        if let WashModel::Living(params) = &mut self.model {
+            params.tilt = degrees.clamp(0.0, 90.0);
+            params.tilt_toward = toward;
+            self.forget();
+        }
+    }
+
+    /// How deep a film the water of full pores would make.
+    pub(crate) fn pore_depth(&self) -> f64 {
+        match &self.model {
+            WashModel::C97 { .. } => 1.0,
+            WashModel::Living(params) => f64::from(params.pore_depth as f32),
+        }
+    }
+
+    /// Capacity of the paper's deepest valleys and highest peaks.
+    pub(crate) fn capacity(&self) -> [f64; 2] {
+        match &self.model {
+            WashModel::C97 { capillary, .. } => capillary.unwrap_or_default().capacity,
+            WashModel::Living(params) => params.capacity,
+        }
+    }
+
+    /// Cells that hold one unit of [`Wash::water_total`].
+    pub(crate) fn cells_per_unit(&self) -> f64 {
+        match &self.model {
+            WashModel::C97 { .. } => 1.0,
+            WashModel::Living(_) => (self.cells_per_mm() / REFERENCE).powi(2),
+        }
     }
 
     /// Forgets where the water was and how fast; the next run looks again.
@@ -209,6 +249,7 @@ impl Wash {
         let task = self.task();
         // Pools borrow the whole state; this is none of their business.
         let mut ledger = self.state.ledger.take();
+        let canvas = self.state.layout();
         let kept = self.kept.take();
         let kept = kept.and_then(|mut kept| kept.pools().are_for(config.engine, threads).then_some(kept));
         let mut running = match kept {
@@ -231,6 +272,7 @@ impl Wash {
         let never = AtomicBool::new(false);
         let cancel = config.cancel.unwrap_or(&never);
         let mut ended = Ok(());
+        running.pools().mark_tiles(&mut self.changed, canvas);
         for done in 0..steps {
             let stepped = match &mut running {
                 Running::C97(run) => run.step(&task, cancel),
@@ -251,6 +293,7 @@ impl Wash {
                 progress(report.steps);
             }
         }
+        running.pools().mark_tiles(&mut self.changed, canvas);
         running.pools().give_back(&mut self.state);
         self.state.ledger = ledger;
         match ended {
@@ -265,7 +308,8 @@ impl Wash {
 
     /// The parameters as kernels need them.
     fn task(&self) -> Task {
-        let exchanges = |lifting: f64| self.handlings.iter().map(|handling| handling.exchange(lifting)).collect();
+        let exchanges =
+            |lifting: f64| self.handlings.iter().map(|handling| handling.exchange(lifting)).collect();
         match &self.model {
             WashModel::C97 { params, capillary } => Task::c97(params, capillary.as_ref(), exchanges(1.0)),
             WashModel::Living(params) => Task::living(params, self.cells_per_mm(), exchanges(params.lifting)),
@@ -285,10 +329,7 @@ impl Wash {
     pub fn water_total(&self) -> f64 {
         match &self.model {
             WashModel::C97 { .. } => self.state.water_total(),
-            WashModel::Living(params) => {
-                let scale = self.cells_per_mm() / REFERENCE;
-                self.state.film_and_pores(params.pore_depth) / (scale * scale)
-            }
+            WashModel::Living(_) => self.state.film_and_pores(self.pore_depth()) / self.cells_per_unit(),
         }
     }
 

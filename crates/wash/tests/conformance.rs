@@ -1,24 +1,17 @@
 //! What must hold of a wash whichever engine runs it, on how many threads, and however the run is cut.
 
-use girtin_grid::{Layout, Raster};
+use girtin_grid::Raster;
 use girtin_wash::{
     C97Params, Capillary, Engine, Patch, PigmentHandling, RunConfig, RunError, Wash, WashModel, WashState,
 };
 use proptest::prelude::*;
 
+mod common;
+use common::{random, same};
+
 const ULTRAMARINE: PigmentHandling =
     PigmentHandling { density: 0.01, staining_power: 3.1, granulation: 0.91 };
 const UMBER: PigmentHandling = PigmentHandling { density: 0.09, staining_power: 9.3, granulation: 0.9 };
-
-/// A number in 0..1 that looks random and depends on nothing but its arguments.
-fn random(seed: u64, a: usize, b: usize) -> f32 {
-    let mut x = seed ^ (a as u64) << 32 ^ b as u64;
-    for _ in 0..3 {
-        x = (x ^ (x >> 31)).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-        x ^= x >> 29;
-    }
-    (x >> 40) as f32 / (1u64 << 24) as f32
-}
 
 /// Smooth flow between −1 and 1: noise as fast as that would rightly run away.
 fn eddy(x: usize, y: usize) -> f32 {
@@ -91,51 +84,6 @@ fn cases() -> impl Strategy<Value = Case> {
             sweeps,
         },
     )
-}
-
-/// The bits of every field of the canvas, named.
-fn bits(state: &WashState) -> Vec<(&'static str, Vec<u32>)> {
-    let height = state.layout().height();
-    let mut all = vec![(
-        "wet_mask",
-        (0..height).flat_map(|y| state.wet_mask.cells(y).iter().map(|&m| u32::from(m))).collect(),
-    )];
-    let fields =
-        [("u", &state.u), ("v", &state.v), ("pressure", &state.pressure), ("saturation", &state.saturation)];
-    let pigments = state
-        .suspended
-        .iter()
-        .map(|g| ("suspended", g))
-        .chain(state.deposited.iter().map(|d| ("deposited", d)));
-    for (name, field) in fields.into_iter().chain(pigments) {
-        all.push((name, (0..=height).flat_map(|y| field.faces_or_border(y)).collect()));
-    }
-    all
-}
-
-trait AllBits {
-    fn faces_or_border(&self, y: usize) -> Vec<u32>;
-}
-
-impl AllBits for girtin_grid::Field<f32> {
-    fn faces_or_border(&self, y: usize) -> Vec<u32> {
-        self.row(Layout::TOP + y)[Layout::LEFT..][..self.layout().width() + 1]
-            .iter()
-            .map(|x| x.to_bits())
-            .collect()
-    }
-}
-
-fn same(a: &WashState, b: &WashState, what: &str) {
-    for ((name, a), (_, b)) in bits(a).iter().zip(&bits(b)) {
-        let at = a.iter().zip(b).position(|(a, b)| a != b);
-        assert_eq!(
-            at,
-            None,
-            "{what}: `{name}` differs: {:?}",
-            at.map(|i| (f32::from_bits(a[i]), f32::from_bits(b[i])))
-        );
-    }
 }
 
 fn run(case: &Case, steps: u64, engine: Engine, threads: usize) -> WashState {
@@ -359,7 +307,7 @@ fn a_runaway_wash_ends_with_its_place_and_cause() {
     (0..8).for_each(|y| state.wet_mask.cells_mut(y).fill(1));
     state.pressure.cells_mut(4)[3] = 1e9;
     for (threads, engine) in [(1, Engine::Fast), (2, Engine::Fast), (1, Engine::Reference)] {
-        let mut wash = Wash::new(state.clone(), WashModel::default(), vec![UMBER]).unwrap();
+        let mut wash = Wash::new(state.clone(), WashModel::c97(), vec![UMBER]).unwrap();
         let error = wash.run(5, &RunConfig { engine, threads, ..RunConfig::default() }).unwrap_err();
         assert!(error.to_string().contains("see `pressure`"), "{error}");
     }

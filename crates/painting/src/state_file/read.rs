@@ -212,9 +212,7 @@ struct Array {
 }
 
 /// Reads the headers of all arrays, and the numbers of a living wash if there are any.
-fn arrays<R: Read + Seek>(
-    archive: &mut Archive<R>,
-) -> Result<(Vec<Array>, Option<Ledger>), StateFileError> {
+fn arrays<R: Read + Seek>(archive: &mut Archive<R>) -> Result<(Vec<Array>, Option<Ledger>), StateFileError> {
     let entries = archive.file_names_raw().map(Entry::named).collect::<Result<Vec<_>, _>>()?;
     let mut arrays = Vec::new();
     let mut ledger = None;
@@ -252,7 +250,12 @@ fn number<R: Read + Seek>(
     let header = npy::read_header(&mut file).map_err(header_fault(name))?;
     if header.shape.iter().any(|&axis| axis != 1) {
         let found = header.shape.clone();
-        return Err(StateFileError::Shape { key: name, found, wanted: "(), one number".to_owned(), fix: None });
+        return Err(StateFileError::Shape {
+            key: name,
+            found,
+            wanted: "(), one number".to_owned(),
+            fix: None,
+        });
     }
     let mut bytes = [0; 8];
     let number = match header.descr.as_deref() {

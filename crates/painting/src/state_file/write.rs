@@ -58,7 +58,8 @@ pub fn write(state: &WashState, writer: impl Write) -> Result<(), StateFileError
         for key in LedgerKey::ALL {
             let header = npy::header("<f8", &[]);
             let number = key.of(&mut ledger).to_le_bytes();
-            zip.start_file(format!("{}.npy", key.name()), options(header.len() as u64 + 8)).map_err(packed)?;
+            zip.start_file(format!("{}.npy", key.name()), options(header.len() as u64 + 8))
+                .map_err(packed)?;
             zip.write_all(&header).and_then(|()| zip.write_all(&number)).map_err(StateFileError::Write)?;
         }
     }

@@ -40,7 +40,8 @@ impl LivingRun {
         // 1: momentum.
         let fastest = self.update_velocities(task, cancel)?;
         // 2: relaxation, then the water. 3: edge darkening and evaporation.
-        let relaxation = Relaxation::new(living.compressibility, f32::from_bits(fastest as u32), living.scale);
+        let relaxation =
+            Relaxation::new(living.compressibility, f32::from_bits(fastest as u32), living.scale);
         let iterations = relaxation.iterations.len();
         let (found, film_evaporated) = self.relax(task, &relaxation, living.widenings);
         // 4: pigment.

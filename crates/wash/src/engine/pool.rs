@@ -14,7 +14,7 @@ use super::scratch::Scratch;
 use super::stage::Stage;
 use super::world::{Changes, Found, LivingRows, Place, World};
 use crate::flow_outward::{Edge, Outflow};
-use crate::region::Region;
+use crate::region::{Region, Run};
 use crate::state::WashState;
 
 /// Cells below which a second band costs more than it saves.
@@ -42,6 +42,8 @@ pub struct Pool {
     steepest: f32,
     /// Whether stages visit the whole canvas whatever is wet.
     is_plain: bool,
+    /// Cells of the pool's own canvas that have become wet.
+    joined: Vec<(usize, usize)>,
 }
 
 /// What the living wash keeps of each cell and face.
@@ -113,12 +115,7 @@ fn damp_cells(state: &WashState) -> Field<u8> {
 
 impl Pool {
     /// Finds where in the pool the water is; `slope_height` is what the slope term sees, if not the height.
-    pub fn new(
-        state: WashState,
-        slope_height: Option<Field<f32>>,
-        task: &Task,
-        threads: usize,
-    ) -> Self {
+    pub fn new(state: WashState, slope_height: Option<Field<f32>>, task: &Task, threads: usize) -> Self {
         let damp = if task.pores.is_some() { reach(&state, task) } else { Region::empty() };
         let wet = Region::of(&state.wet_mask, |wet| wet != 0);
         Self::over(state, slope_height, task, threads, [wet, damp], false)
@@ -161,6 +158,7 @@ impl Pool {
             living,
             steepest: 0.0,
             is_plain,
+            joined: Vec::new(),
         };
         for row in pool.wet.active() {
             pool.note_slope(task, row);
@@ -172,6 +170,12 @@ impl Pool {
     /// The state.
     pub fn state(&mut self) -> &mut WashState {
         &mut self.state
+    }
+
+    /// The runs of cells with film, and of those with film or pore water: field row, and field columns.
+    pub fn runs(&self) -> [impl Iterator<Item = (usize, Run)> + '_; 2] {
+        [&self.wet, &self.damp]
+            .map(|region| region.active().flat_map(|row| region.runs(row).iter().map(move |&run| (row, run))))
     }
 
     /// A bound on the slope term of every wet face.

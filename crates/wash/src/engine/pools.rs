@@ -8,13 +8,14 @@
 use girtin_grid::{Field, Layout};
 use rayon::prelude::*;
 
-use super::{LivingTask, Task};
 use super::pool::{Pool, reach};
 use super::stage::Stage;
 use super::world::Found;
+use super::{LivingTask, Task};
 use crate::band_limit::band_limited;
-use crate::region::Region;
+use crate::region::{Region, Run};
 use crate::state::WashState;
+use crate::tiles::ChangedTiles;
 use crate::wash::Engine;
 
 /// The pools of a wash.
@@ -42,6 +43,14 @@ struct Part {
     runs: Vec<[usize; 3]>,
 }
 
+impl Part {
+    /// Takes all cells of the rectangle.
+    fn take_all(&mut self) {
+        let Rectangle { left, top, right, bottom } = self.around;
+        self.runs = (top..bottom).map(|y| [y, left, right]).collect();
+    }
+}
+
 /// A rectangle of cells of the canvas.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Rectangle {
@@ -57,7 +66,10 @@ impl Rectangle {
     }
 
     fn meets(self, other: Self) -> bool {
-        self.left < other.right && other.left < self.right && self.top < other.bottom && other.top < self.bottom
+        self.left < other.right
+            && other.left < self.right
+            && self.top < other.bottom
+            && other.top < self.bottom
     }
 
     fn around(self, other: Self) -> Self {
@@ -89,7 +101,11 @@ impl Pools {
             let slope_height = band_limited(&state.height, canvas.rows(), canvas.columns(), band);
             vec![Place { pool: Pool::new(lend(state), slope_height, task, threads), part: None }]
         } else {
-            let parts = parts.into_iter().map(|part| {
+            let parts = parts.into_iter().map(|mut part| {
+                if room.is_some() {
+                    // What lies on dry paper now may be under water soon.
+                    part.take_all();
+                }
                 let Rectangle { left, top, right, bottom } = part.around;
                 let (rows, columns) =
                     (Layout::TOP + top..Layout::TOP + bottom, Layout::LEFT + left..Layout::LEFT + right);
@@ -146,6 +162,28 @@ impl Pools {
                     copy(state, part, pool.state(), Direction::IntoCanvas);
                 }
                 Some(part) => copy(state, part, pool.state(), Direction::IntoCanvas),
+            }
+        }
+    }
+
+    /// Marks the tiles in which water is, and those in which it came since this was last done.
+    pub fn mark_tiles(&mut self, changed: &mut ChangedTiles, canvas: Layout) {
+        for Place { pool, part } in &mut self.pools {
+            let (left, top) = part.as_ref().map_or((0, 0), |part| (part.around.left, part.around.top));
+            let columns = |run: Run| {
+                // Runs may be widened beyond the canvas.
+                let cells = |column: usize| (column + left).saturating_sub(Layout::LEFT).min(canvas.width());
+                (cells(run.first), cells(run.end))
+            };
+            let [wet, damp] = pool.runs();
+            for (runs, pigment) in [(wet, true), (damp, false)] {
+                for (row, run) in runs {
+                    let (first, end) = columns(run);
+                    changed.mark(row - Layout::TOP + top, first, end, pigment);
+                }
+            }
+            for (y, x) in pool.take_joined() {
+                changed.mark(y + top, x + left, x + left + 1, true);
             }
         }
     }

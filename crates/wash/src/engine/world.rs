@@ -4,10 +4,10 @@ use std::ops::{BitOr, Range};
 
 use girtin_grid::Field;
 
-use super::{LivingTask, Task};
 use super::rows::Rows;
 use super::scratch::Scratch;
 use super::stage::Stage;
+use super::{LivingTask, Task};
 use crate::flow_outward::Outflow;
 use crate::region::{Region, Run};
 
@@ -198,7 +198,9 @@ impl<'a> World<'a> {
             Stage::Mobility => self.mobility(row),
             Stage::Keep(dt) => self.keep(row, dt),
             Stage::BeginSolve { start } => self.begin_solve(row, start),
-            Stage::Iterate { number, iteration, stiffness } => self.iterate(row, number, iteration, stiffness),
+            Stage::Iterate { number, iteration, stiffness } => {
+                self.iterate(row, number, iteration, stiffness)
+            }
             Stage::Project { iterations, stiffness } => self.project(row, iterations, stiffness),
             Stage::Share(compressibility) => self.share(row, compressibility),
             Stage::WidenShare(number, compressibility) => self.widen_share(row, number, compressibility),

@@ -1,6 +1,6 @@
 //! The edge of the living wash: where paper becomes wet, where it dries, and what that changes.
 
-use girtin_grid::Field;
+use girtin_grid::Layout;
 use rayon::prelude::*;
 
 use super::{DAMP, EVER_DAMP, LivingFields, Pool, STEPS_TO_SHRINK};
@@ -12,7 +12,7 @@ use crate::evaporate::QUANTA;
 use crate::flow_outward::Edge;
 use crate::settle::AroundRows;
 use crate::simulate_capillary_flow::Pores;
-use crate::state::WashState;
+use crate::state::{WashState, still_faces};
 
 impl Pool {
     /// Whether there is any water in film or pores.
@@ -57,6 +57,11 @@ impl Pool {
         runs
     }
 
+    /// Cells that became wet since this was last asked: row and column of the pool's own canvas.
+    pub fn take_joined(&mut self) -> Vec<(usize, usize)> {
+        std::mem::take(&mut self.joined)
+    }
+
     /// Finds anew where the wet paper ends, if that has changed.
     pub fn renew_edges(&mut self, task: &Task) {
         let uncovered = self.pass(task, &[Stage::Cover]).uncovered;
@@ -88,6 +93,7 @@ impl Pool {
             if joins {
                 wet_mask.row_mut(row)[x] = 1;
                 living.damp.row_mut(row)[x] = DAMP | EVER_DAMP;
+                self.joined.push((row - Layout::TOP, x - Layout::LEFT));
                 living.needs_room |= !(living.within.0.contains(&row) && living.within.1.contains(&x));
                 if joined.last() != Some(&row) {
                     joined.push(row);
@@ -119,7 +125,8 @@ impl Pool {
     /// `thinnest` are the bits of the thinnest film; with `has_crept` it is not known.
     pub fn dry(&mut self, task: &Task, living_task: &LivingTask, thinnest: i32, has_crept: bool) -> i64 {
         // No paper is higher than 1.
-        let is_thin = has_crept || (thinnest as i64) < i64::from(living_task.vanishing.thinnest.to_bits() as i32);
+        let is_thin =
+            has_crept || (thinnest as i64) < i64::from(living_task.vanishing.thinnest.to_bits() as i32);
         let Some(pores) = task.pores.as_ref().filter(|_| is_thin) else { return 0 };
         let WashState { wet_mask, pressure, height, .. } = &self.state;
         let look = |row: usize| {
@@ -160,30 +167,19 @@ impl Pool {
 
     /// A cell leaves the wet paper; returns the water that its pores cannot take, quanta.
     fn leave(&mut self, row: usize, x: usize, pores: &Pores, depth: f32) -> i64 {
+        let (x, y) = (x - Layout::LEFT, row - Layout::TOP);
         let state = &mut self.state;
-        state.wet_mask.row_mut(row)[x] = 0;
-        let film = &mut state.pressure.row_mut(row)[x];
-        let saturation = &mut state.saturation.row_mut(row)[x];
-        let room = depth * (pores.capacity(state.height.row(row)[x]) - *saturation).max(0.0);
-        let soaked = if *film < room { *film } else { room };
+        let film = state.pressure.cells(y)[x];
+        let saturation = &mut state.saturation.cells_mut(y)[x];
+        let room = depth * (pores.capacity(state.height.cells(y)[x]) - *saturation).max(0.0);
+        let soaked = if film < room { film } else { room };
         let filled = *saturation + soaked / depth;
-        let lost = f64::from(*film) - f64::from(depth) * (f64::from(filled) - f64::from(*saturation));
+        let lost = f64::from(film) - f64::from(depth) * (f64::from(filled) - f64::from(*saturation));
         *saturation = filled;
-        *film = 0.0;
-        for (suspended, deposited) in state.suspended.iter_mut().zip(&mut state.deposited) {
-            deposited.row_mut(row)[x] += suspended.row(row)[x];
-            suspended.row_mut(row)[x] = 0.0;
-        }
-        // Its faces stand still, and nothing remembers that they moved.
-        let still = |u: &mut Field<f32>, v: &mut Field<f32>| {
-            u.row_mut(row)[x] = 0.0;
-            u.row_mut(row)[x + 1] = 0.0;
-            v.row_mut(row)[x] = 0.0;
-            v.row_mut(row + 1)[x] = 0.0;
-        };
-        still(&mut state.u, &mut state.v);
+        state.leave(x, y);
         if let Some(living) = &mut self.living {
-            still(&mut living.mobility_u, &mut living.mobility_v);
+            // Nothing remembers that its faces moved.
+            still_faces(&mut living.mobility_u, &mut living.mobility_v, x, y);
         }
         (lost * QUANTA) as i64
     }

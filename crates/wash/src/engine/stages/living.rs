@@ -12,8 +12,7 @@ impl World<'_> {
         let runs = self.damp_runs(row);
         let (Some(living), Some(pores)) = (&mut self.living, &self.task.pores) else { return };
         let exponent = living.task.rim_exponent;
-        let (saturation, height, mask) =
-            (self.saturation.row(row), self.height.row(row), self.mask.row(row));
+        let (saturation, height, mask) = (self.saturation.row(row), self.height.row(row), self.mask.row(row));
         for &run in runs {
             let changed = cover(living.cover.row_mut(row), saturation, height, mask, pores, exponent, run);
             if changed {

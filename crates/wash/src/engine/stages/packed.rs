@@ -25,8 +25,7 @@ impl World<'_> {
             }
         }
         scratch.room_row = row + 1;
-        let spread =
-            Spread { dt, diffusion: living.task.diffusion * dt, dispersion: living.task.dispersion };
+        let spread = Spread { dt, diffusion: living.task.diffusion * dt, dispersion: living.task.dispersion };
         for (suspended, kept) in self.suspended.iter_mut().zip(&mut scratch.carry) {
             let faces = Faces { layout, wet, living, u: &self.u, v: &self.v, room: &scratch.room, spread };
             faces.carry(row, suspended, kept);

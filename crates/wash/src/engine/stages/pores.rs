@@ -1,9 +1,7 @@
 //! Rows for the routines that move pore water.
 
 use crate::engine::world::{Place, World};
-use crate::simulate_capillary_flow::{
-    FillRows, PoreRows, absorb, diffuse, diffuse_conducting, fill, spread,
-};
+use crate::simulate_capillary_flow::{FillRows, PoreRows, absorb, diffuse, diffuse_conducting, fill, spread};
 
 impl World<'_> {
     pub fn absorb(&mut self, row: usize) {
@@ -47,8 +45,11 @@ impl World<'_> {
             }
         }
         kept.fill_row = row + 1;
-        let fill =
-            FillRows { above: kept.fill.row(row - 1), here: kept.fill.row(row), below: kept.fill.row(row + 1) };
+        let fill = FillRows {
+            above: kept.fill.row(row - 1),
+            here: kept.fill.row(row),
+            below: kept.fill.row(row + 1),
+        };
         for &run in runs {
             diffuse_conducting(here, &old, &fill, pores, run);
         }
