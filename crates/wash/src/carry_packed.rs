@@ -10,13 +10,20 @@ use crate::region::Run;
 /// # Shapes and units
 /// Field rows; `amounts` are those of all pigments, suspended and deposited; `limit` is the amount that fills a cell.
 pub fn room(room: &mut [f32], amounts: &[&[f32]], limit: f32, run: Run) {
-    let (first, end) = (run.first, run.end);
-    let room = &mut room[first..end];
-    room.fill(0.0);
-    for amount in amounts {
-        add(room, &amount[first..end]);
+    let columns = run.first..run.end;
+    let room = &mut room[columns.clone()];
+    // Two fields at a time: the last two in one go with the rest of the arithmetic.
+    let (sums, last) = amounts.split_at(amounts.len().saturating_sub(2));
+    let mut sums = sums.iter();
+    match (sums.next(), last) {
+        (None, [g, d]) => finish_room::<false>(room, &g[columns.clone()], &d[columns], 1.0 / limit),
+        (Some(first), [g, d]) => {
+            room.copy_from_slice(&first[columns.clone()]);
+            sums.for_each(|amount| add(room, &amount[columns.clone()]));
+            finish_room::<true>(room, &g[columns.clone()], &d[columns], 1.0 / limit);
+        }
+        _ => room.fill(1.0),
     }
-    finish_room(room, 1.0 / limit);
 }
 
 #[multiversion(targets("x86_64+avx2"))]
@@ -27,12 +34,15 @@ fn add(sum: &mut [f32], amount: &[f32]) {
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn finish_room(room: &mut [f32], scale: f32) {
-    for room in room {
-        let full = *room * scale;
+fn finish_room<const MORE: bool>(room: &mut [f32], g: &[f32], d: &[f32], scale: f32) {
+    let n = room.len();
+    let (g, d) = (&g[..n], &d[..n]);
+    for i in 0..n {
+        let all = if MORE { room[i] + (g[i] + d[i]) } else { g[i] + d[i] };
+        let full = all * scale;
         let full = full * full;
         let left = 1.0 - full * full;
-        *room = if left > 0.0 { left } else { 0.0 };
+        room[i] = if left > 0.0 { left } else { 0.0 };
     }
 }
 

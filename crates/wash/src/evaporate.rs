@@ -10,7 +10,7 @@ use crate::simulate_capillary_flow::Pores;
 /// Quanta in one unit of water over one cell: fine enough for f32 amounts, coarse enough that a cell's fits an i32.
 pub const QUANTA: f64 = (1u32 << 28) as f64;
 
-/// The film of one row evaporates; returns how much, in quanta.
+/// The film of one row evaporates; returns how much, in quanta, and the bits of the thinnest film that is left.
 ///
 /// # Shapes and units
 /// Field rows; `edge` is what dries at the edge besides ([`Outflow`](crate::flow_outward::Outflow)), 0 where there is
@@ -18,12 +18,18 @@ pub const QUANTA: f64 = (1u32 << 28) as f64;
 ///
 /// # Guarantees
 /// No film is taken below 0; dry cells are untouched.
-pub fn evaporate(film: &mut [f32], edge: &[f32], mask: &[u8], everywhere: f32, run: Run) -> i64 {
+pub fn evaporate(film: &mut [f32], edge: &[f32], mask: &[u8], everywhere: f32, run: Run) -> (i64, i32) {
     evaporate_kernel(film, edge, mask, everywhere, run)
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn evaporate_kernel(film: &mut [f32], edge: &[f32], mask: &[u8], everywhere: f32, run: Run) -> i64 {
+fn evaporate_kernel(
+    film: &mut [f32],
+    edge: &[f32],
+    mask: &[u8],
+    everywhere: f32,
+    run: Run,
+) -> (i64, i32) {
     let (first, n) = (run.first, run.len());
     let (p, edge, m) = (&mut film[first..][..n], &edge[first..][..n], &mask[first..][..n]);
     let mut quanta = 0;
@@ -35,10 +41,28 @@ fn evaporate_kernel(film: &mut [f32], edge: &[f32], mask: &[u8], everywhere: f32
         quanta += in_quanta(p[i] - left);
         p[i] = left;
     }
-    quanta
+    (quanta, thinnest_kernel(film, mask, run))
 }
 
-/// An amount of water in quanta, cut off below one.
+/// Bits of the thinnest film of one row.
+pub fn thinnest(film: &[f32], mask: &[u8], run: Run) -> i32 {
+    thinnest_kernel(film, mask, run)
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn thinnest_kernel(film: &[f32], mask: &[u8], run: Run) -> i32 {
+    let (first, n) = (run.first, run.len());
+    let (p, m) = (&film[first..][..n], &mask[first..][..n]);
+    let mut thinnest = i32::MAX;
+    for i in 0..n {
+        let bits = p[i].to_bits() as i32;
+        let seen = if m[i] != 0 { bits } else { i32::MAX };
+        thinnest = if seen < thinnest { seen } else { thinnest };
+    }
+    thinnest
+}
+
+/// An amount of water in quanta, rounded.
 ///
 /// Adding 2²⁴ to an amount below 16 leaves no digit finer than a quantum in an f64, and the amount as the lowest bits of its
 /// pattern: whole vectors do that, while a checked conversion to an integer goes value by value.

@@ -24,11 +24,12 @@
 //! let mut state = WashState::dry(&Raster::new(32, 32, 0.5), 1);
 //! for y in 8..24 {
 //!     state.wet_mask.cells_mut(y)[8..24].fill(1);
+//!     state.pressure.cells_mut(y)[8..24].fill(0.7);
 //!     state.suspended[0].cells_mut(y)[8..24].fill(0.4);
 //! }
 //! let ultramarine = PigmentHandling { density: 0.01, staining_power: 3.1, granulation: 0.91 };
 //! let mut wash = Wash::new(state, WashModel::default(), vec![ultramarine])?;
-//! wash.run(40, &RunConfig::default())?;
+//! wash.run(300, &RunConfig::default())?; // until it is dry
 //! let d = &wash.state().deposited[0];
 //! assert!(d.cells(16)[8] > d.cells(16)[16], "the edge is darker");
 //! # Ok::<(), Box<dyn std::error::Error>>(())

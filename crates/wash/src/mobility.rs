@@ -16,6 +16,19 @@ pub struct Film {
     pub least: f32,
 }
 
+impl Film {
+    /// Whether all water moves freely where no film is thinner than this one.
+    pub fn is_free(&self, thinnest: f32) -> bool {
+        // As the kernel finds it for two such cells.
+        (thinnest + thinnest) * (0.5 / self.flowing) >= 1.0
+    }
+
+    /// Whether a film this deep holds all its pigment, as [`settle`](crate::settle) finds it.
+    pub fn holds_pigment(&self, thinnest: f32) -> bool {
+        thinnest * (1.0 / self.flowing) >= 1.0
+    }
+}
+
 /// What the faces before and above the cells of one row keep of their speed in a step.
 ///
 /// # Shapes and units

@@ -83,7 +83,7 @@ fn absorb_kernel(saturation: &mut [f32], height: &[f32], mask: &[u8], pores: Por
 
 /// Wet cells of one row soak film into the paper: what the pores gain the film loses.
 ///
-/// Returns the bits of the thinnest film that is left.
+/// Returns the bits of the thinnest film that is left, and whether any pores had room.
 ///
 /// # Shapes and units
 /// Field rows; `depth` is the film that one unit of saturation makes.
@@ -98,7 +98,7 @@ pub fn absorb_film(
     pores: &Pores,
     depth: f32,
     run: Run,
-) -> i32 {
+) -> (i32, bool) {
     absorb_film_kernel(saturation, film, height, mask, *pores, depth, run)
 }
 
@@ -111,12 +111,12 @@ fn absorb_film_kernel(
     pores: Pores,
     depth: f32,
     run: Run,
-) -> i32 {
+) -> (i32, bool) {
     let (first, n) = (run.first, run.len());
     let (s, p) = (&mut saturation[first..][..n], &mut film[first..][..n]);
     let (h, m) = (&height[first..][..n], &mask[first..][..n]);
     let per_depth = 1.0 / depth;
-    let mut thinnest = i32::MAX;
+    let (mut thinnest, mut roomy) = (i32::MAX, 0u32);
     for i in 0..n {
         let smaller = |a: f32, b: f32| if a < b { a } else { b };
         let room = pores.capacity(h[i]) - s[i];
@@ -130,10 +130,11 @@ fn absorb_film_kernel(
         let is_wet = m[i] != 0;
         s[i] = if is_wet { filled } else { s[i] };
         p[i] = if is_wet { left } else { p[i] };
-        let seen = if is_wet { left } else { f32::INFINITY };
-        thinnest = thinnest.min(seen.to_bits() as i32);
+        let seen = if is_wet { left.to_bits() as i32 } else { i32::MAX };
+        thinnest = if seen < thinnest { seen } else { thinnest };
+        roomy |= u32::from(is_wet & (room > 0.0));
     }
-    thinnest
+    (thinnest, roomy != 0)
 }
 
 /// Saturation and paper height of a row and its neighbours.

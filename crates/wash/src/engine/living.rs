@@ -37,6 +37,7 @@ impl LivingRun {
             ledger.contact_carry = fraction_after(ledger.contact_carry, living.creep).0;
             return Ok(0);
         }
+        self.pools.settle_down(living.pore_passes);
         // 1: momentum.
         let fastest = self.update_velocities(task, cancel)?;
         // 2: relaxation, then the water. 3: edge darkening and evaporation.

@@ -6,6 +6,7 @@
 
 pub mod c97;
 pub mod living;
+mod facts;
 mod pipeline;
 mod pool;
 pub mod pools;

@@ -8,6 +8,7 @@ use girtin_grid::{Field, Layout};
 use rayon::prelude::*;
 
 use super::Task;
+use super::facts::RowFacts;
 use super::pipeline::{depth, descend};
 use super::rows::{Halo, Rows, share};
 use super::scratch::Scratch;
@@ -57,6 +58,7 @@ struct LivingFields {
     cover: Field<f32>,
     /// What the slope term sees, if not the height itself.
     slope_height: Option<Field<f32>>,
+    facts: RowFacts,
     /// [`DAMP`] where there is water, [`EVER_DAMP`] where there was any since the pool was made.
     damp: Field<u8>,
     /// Rows whose cells became wet or dry since the regions were last looked at.
@@ -163,6 +165,7 @@ impl Pool {
         for row in pool.wet.active() {
             pool.note_slope(task, row);
         }
+        pool.note_full(pool.damp.active());
         pool.cut(task);
         pool
     }
@@ -236,6 +239,7 @@ impl Pool {
             let [keep_u, keep_v] = &mut halos.keep;
             let (mobility, keep) = (halo(Changes::MOBILITY), halo(Changes::KEEP));
             slope_height = fields.slope_height.as_ref();
+            let facts = &fields.facts;
             let mobility_u = share(&mut fields.mobility_u, cuts, mobility_u, mobility);
             let mobility_v = share(&mut fields.mobility_v, cuts, mobility_v, mobility);
             let keep_u = share(&mut fields.keep_u, cuts, keep_u, keep);
@@ -248,6 +252,7 @@ impl Pool {
                 mobility_v,
                 keep: has_keep.then_some([keep_u, keep_v]),
                 cover,
+                facts,
             })
         });
         let bands = cuts.windows(2).zip(&mut self.scratch);
@@ -329,6 +334,7 @@ impl LivingFields {
             keep_v: field(),
             cover: field(),
             slope_height,
+            facts: RowFacts::new(layout.rows().end + 2),
             damp,
             changed_rows: Vec::new(),
             within: (layout.rows(), layout.columns()),

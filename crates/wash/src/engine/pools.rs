@@ -228,6 +228,11 @@ impl Pools {
         self.pools.iter().any(|place| place.pool.is_damp())
     }
 
+    /// Begins a step with so many passes over the pores.
+    pub fn settle_down(&mut self, passes: usize) {
+        self.pools.iter_mut().for_each(|place| place.pool.settle_down(passes));
+    }
+
     /// Finds anew where the wet paper ends.
     pub fn renew_edges(&mut self, task: &Task) {
         self.each(|pool| pool.renew_edges(task));

@@ -1,6 +1,7 @@
 //! Rows that a band keeps for its stages while a pass goes down.
 
 use super::rows::Rows;
+use crate::move_film::ShareRows;
 use crate::region::{Region, Run};
 
 /// No row has this number.
@@ -117,11 +118,20 @@ pub struct SolveScratch {
     pub q: Vec<Recent>,
 }
 
-/// What the film's move keeps: shares after each widening, and whether a row's are all 1.
+/// What the film's move keeps: shares after each widening.
 #[derive(Debug)]
 pub struct ShareScratch {
     pub share: Recent,
+    /// Whether any share of a row is below 1; if none is, the row is not written.
     pub is_short: [bool; 4],
+}
+
+impl ShareScratch {
+    /// Shares of a row and its neighbours.
+    pub fn around<'a>(&'a self, row: usize, ones: &'a [f32]) -> ShareRows<'a> {
+        let of = |row: usize| if self.is_short[row & 3] { self.share.row(row) } else { ones };
+        ShareRows { above: of(row - 1), here: of(row), below: of(row + 1) }
+    }
 }
 
 /// What a pass over the pores keeps.
@@ -168,6 +178,8 @@ pub struct Scratch {
     pub fraction: Vec<f32>,
     /// A row of zeros.
     pub zeros: Vec<f32>,
+    /// A row of ones.
+    pub ones: Vec<f32>,
 }
 
 impl Scratch {
@@ -193,6 +205,7 @@ impl Scratch {
             room_row: NONE,
             fraction: row(),
             zeros: row(),
+            ones: vec![1.0; stride],
         }
     }
 

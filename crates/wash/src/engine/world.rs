@@ -4,6 +4,7 @@ use std::ops::{BitOr, Range};
 
 use girtin_grid::Field;
 
+use super::facts::RowFacts;
 use super::rows::Rows;
 use super::scratch::Scratch;
 use super::stage::Stage;
@@ -166,6 +167,7 @@ pub struct LivingRows<'a> {
     /// What faces keep in a sub-step, if a step has several; else they keep their mobility.
     pub keep: Option<[Rows<'a, f32>; 2]>,
     pub cover: Rows<'a, f32>,
+    pub facts: &'a RowFacts,
 }
 
 impl<'a> World<'a> {

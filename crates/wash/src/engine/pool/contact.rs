@@ -1,5 +1,7 @@
 //! The edge of the living wash: where paper becomes wet, where it dries, and what that changes.
 
+use std::ops::Range;
+
 use girtin_grid::Layout;
 use rayon::prelude::*;
 
@@ -10,6 +12,7 @@ use crate::engine::stage::Stage;
 use crate::engine::{LivingTask, Task};
 use crate::evaporate::QUANTA;
 use crate::flow_outward::Edge;
+use crate::region::Run;
 use crate::settle::AroundRows;
 use crate::simulate_capillary_flow::Pores;
 use crate::state::{WashState, still_faces};
@@ -62,6 +65,23 @@ impl Pool {
         std::mem::take(&mut self.joined)
     }
 
+    /// Notes in which rows all damp cells are under film.
+    pub fn note_full(&self, rows: Range<usize>) {
+        let Some(living) = &self.living else { return };
+        for row in rows {
+            let mask = self.state.wet_mask.row(row);
+            let is_full = |run: &Run| mask[run.first..run.end].iter().all(|&wet| wet != 0);
+            living.facts.note_full(row, self.damp.runs(row).iter().all(is_full));
+        }
+    }
+
+    /// Begins a step: notes in which rows no pore water can change.
+    pub fn settle_down(&mut self, passes: usize) {
+        if let Some(living) = &mut self.living {
+            living.facts.settle_down(self.damp.active(), passes);
+        }
+    }
+
     /// Finds anew where the wet paper ends, if that has changed.
     pub fn renew_edges(&mut self, task: &Task) {
         let uncovered = self.pass(task, &[Stage::Cover]).uncovered;
@@ -90,6 +110,7 @@ impl Pool {
         let mut joined = Vec::new();
         for Crept { row, x, film, joins } in crept {
             pressure.row_mut(row)[x] = film;
+            living.facts.forget(row);
             if joins {
                 wet_mask.row_mut(row)[x] = 1;
                 living.damp.row_mut(row)[x] = DAMP | EVER_DAMP;
@@ -104,6 +125,7 @@ impl Pool {
             self.look_at_row(task, row);
             self.look_at_damp_row(row);
         }
+        self.forget_rows(&joined);
         if let Some(living) = &mut self.living {
             living.changed_rows.extend(joined);
         }
@@ -117,6 +139,16 @@ impl Pool {
         let Some(living) = &self.living else { return };
         for row in row..=(row + 1).min(self.state.layout().rows().end - 1) {
             self.damp.rescan(&living.damp, row, |damp| damp & DAMP != 0);
+        }
+    }
+
+    /// Forgets what was known of rows whose cells became wet or dry.
+    fn forget_rows(&self, rows: &[usize]) {
+        for &row in rows {
+            if let Some(living) = &self.living {
+                living.facts.forget(row);
+            }
+            self.note_full(row..row + 1);
         }
     }
 
@@ -159,9 +191,11 @@ impl Pool {
         if let Some(living) = &mut self.living {
             living.changed_rows.extend(gone.iter().map(|(row, _)| row));
         }
-        for (row, _) in gone {
+        let gone: Vec<usize> = gone.into_iter().map(|(row, _)| row).collect();
+        for &row in &gone {
             self.look_at_row(task, row);
         }
+        self.forget_rows(&gone);
         lost
     }
 
@@ -204,6 +238,7 @@ impl Pool {
             }
             self.damp.shrink(&living.damp, |damp| damp & DAMP != 0);
             self.wet.shrink(&self.state.wet_mask, |wet| wet != 0);
+            self.note_full(self.damp.active());
         }
         if changed || shrinks {
             self.cut(task);

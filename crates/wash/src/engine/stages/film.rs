@@ -1,8 +1,9 @@
 //! Rows for the relaxation of the living wash and for the move of its film.
 
 use crate::engine::world::World;
-use crate::evaporate::evaporate;
-use crate::move_film::{ShareRows, move_film, share, widen_share};
+use crate::evaporate::{evaporate, thinnest};
+use crate::move_film::{move_film, share, widen_share};
+use crate::region::Run;
 use crate::relax_divergence::FlowRows;
 use crate::relax_implicitly::{Iteration, SolveRows, begin, iterate, project};
 
@@ -89,18 +90,12 @@ impl World<'_> {
         // Where no cell of the row fell short none does when more flows in.
         let is_short = before.is_short[row & 3];
         now.is_short[row & 3] = is_short;
-        let wider = now.share.row_mut(row);
+        if !is_short {
+            return;
+        }
+        let shares = before.around(row, &self.scratch.ones);
         for &run in runs {
-            if is_short {
-                let shares = ShareRows {
-                    above: before.share.row(row - 1),
-                    here: before.share.row(row),
-                    below: before.share.row(row + 1),
-                };
-                widen_share(wider, &shares, self.pressure.row(row), &flow, compressibility, run);
-            } else {
-                wider[run.first..run.end].fill(1.0);
-            }
+            widen_share(now.share.row_mut(row), &shares, self.pressure.row(row), &flow, compressibility, run);
         }
     }
 
@@ -114,11 +109,7 @@ impl World<'_> {
         };
         let kept = &self.scratch.shares[widenings];
         let is_limited = (row - 1..=row + 1).any(|row| kept.is_short[row & 3]);
-        let shares = ShareRows {
-            above: kept.share.row(row - 1),
-            here: kept.share.row(row),
-            below: kept.share.row(row + 1),
-        };
+        let shares = kept.around(row, &self.scratch.ones);
         for &run in runs {
             let shares = is_limited.then_some(&shares);
             move_film(self.pressure.row_mut(row), shares, &flow, compressibility, run);
@@ -129,17 +120,26 @@ impl World<'_> {
         let runs = self.wet_runs(row);
         let Some(living) = &self.living else { return };
         let everywhere = living.task.evaporation;
-        let has_edge = !self.outflow.spans(row).is_empty();
-        if everywhere == 0.0 && !has_edge {
-            return;
-        }
-        let edge = if has_edge { self.outflow.row(row) } else { &self.scratch.zeros };
-        let mut evaporated = 0;
-        for &run in runs {
-            evaporated += evaporate(self.pressure.row_mut(row), edge, self.mask.row(row), everywhere, run);
+        let spans = self.outflow.spans(row);
+        let edge = if spans.is_empty() { &self.scratch.zeros } else { self.outflow.row(row) };
+        let (mask, film) = (self.mask.row(row), self.pressure.row_mut(row));
+        let (mut evaporated, mut thin) = (0, i32::MAX);
+        if everywhere == 0.0 {
+            for span in spans {
+                let run = Run { first: span.start, end: span.end, all_wet: false };
+                evaporated += evaporate(film, edge, mask, 0.0, run).0;
+            }
+            runs.iter().for_each(|&run| thin = thin.min(thinnest(film, mask, run)));
+        } else {
+            for &run in runs {
+                let (dried, left) = evaporate(film, edge, mask, everywhere, run);
+                evaporated += dried;
+                thin = thin.min(left);
+            }
         }
         if self.own.contains(&row) {
             self.found.evaporated += evaporated;
+            living.facts.note_thinnest(row, thin);
         }
     }
 }

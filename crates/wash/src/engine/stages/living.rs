@@ -11,7 +11,10 @@ impl World<'_> {
     pub fn cover(&mut self, row: usize) {
         let runs = self.damp_runs(row);
         let (Some(living), Some(pores)) = (&mut self.living, &self.task.pores) else { return };
-        let exponent = living.task.rim_exponent;
+        let (exponent, facts) = (living.task.rim_exponent, living.facts);
+        if facts.is_full(row) && facts.is_covered(row) {
+            return;
+        }
         let (saturation, height, mask) = (self.saturation.row(row), self.height.row(row), self.mask.row(row));
         for &run in runs {
             let changed = cover(living.cover.row_mut(row), saturation, height, mask, pores, exponent, run);
@@ -19,11 +22,20 @@ impl World<'_> {
                 Place::note(&mut self.found.uncovered, row, run);
             }
         }
+        if facts.is_full(row) {
+            facts.note_covered(row);
+        }
     }
 
     pub fn mobility(&mut self, row: usize) {
         let runs = self.wet_runs(row);
         let Some(living) = &mut self.living else { return };
+        let facts = living.facts;
+        let film = living.task.film;
+        let is_free = [row - 1, row].iter().all(|&row| film.is_free(facts.thinnest(row)));
+        if is_free && facts.is_free(row) {
+            return;
+        }
         let rows = FilmRows {
             film_above: self.pressure.row(row - 1),
             film: self.pressure.row(row),
@@ -31,9 +43,9 @@ impl World<'_> {
             mask: self.mask.row(row),
         };
         for &run in runs {
-            let film = living.task.film;
             mobility(living.mobility_u.row_mut(row), living.mobility_v.row_mut(row), &rows, film, run);
         }
+        facts.note_free(row, is_free);
     }
 
     pub fn keep(&mut self, row: usize, dt: f32) {
@@ -49,6 +61,9 @@ impl World<'_> {
     pub fn settle(&mut self, row: usize) {
         let runs = self.wet_runs(row);
         let Some(living) = &self.living else { return };
+        if living.task.film.holds_pigment(living.facts.thinnest(row)) {
+            return;
+        }
         let film = AroundRows {
             above: self.pressure.row(row - 1),
             here: self.pressure.row(row),
@@ -70,7 +85,7 @@ impl World<'_> {
 
     pub fn evaporate_pores(&mut self, row: usize) {
         let runs = self.damp_runs(row);
-        let Some(living) = &self.living else { return };
+        let Some(living) = self.living.as_ref().filter(|living| !living.facts.is_full(row)) else { return };
         let mut evaporated = 0;
         for &run in runs {
             let saturation = self.saturation.row_mut(row);
@@ -84,11 +99,24 @@ impl World<'_> {
     pub fn absorb_film(&mut self, row: usize) {
         let runs = self.wet_runs(row);
         let (Some(living), Some(pores)) = (&self.living, &self.task.pores) else { return };
+        if living.facts.is_quiet(row) {
+            self.found.thinnest = self.found.thinnest.min(living.facts.thinnest(row).to_bits() as i32);
+            return;
+        }
         let (height, mask) = (self.height.row(row), self.mask.row(row));
+        let (mut thinnest, mut has_room) = (i32::MAX, false);
         for &run in runs {
             let (saturation, film) = (self.saturation.row_mut(row), self.pressure.row_mut(row));
-            let thinnest = absorb_film(saturation, film, height, mask, pores, living.task.pore_depth, run);
-            self.found.thinnest = self.found.thinnest.min(thinnest);
+            let (of_run, roomy) = absorb_film(saturation, film, height, mask, pores, living.task.pore_depth, run);
+            thinnest = thinnest.min(of_run);
+            has_room |= roomy;
+        }
+        self.found.thinnest = self.found.thinnest.min(thinnest);
+        if self.own.contains(&row) {
+            living.facts.note_thinnest(row, thinnest);
+            if has_room {
+                living.facts.note_stirred(row);
+            }
         }
     }
 }

@@ -14,6 +14,9 @@ impl World<'_> {
 
     pub fn diffuse(&mut self, row: usize, slot: usize) {
         let Some(pores) = &self.task.pores else { return };
+        if self.living.as_ref().is_some_and(|living| living.facts.is_quiet(row)) {
+            return;
+        }
         let runs = self.damp_runs(row);
         let kept = self.scratch.pores(slot);
         kept.ring.take(self.damp, row, &self.saturation);
@@ -26,12 +29,12 @@ impl World<'_> {
             height: self.height.row(row),
             height_below: self.height.row(row + 1),
         };
-        if self.living.is_none() {
+        let Some(living) = &self.living else {
             for &run in runs {
                 diffuse(here, &old, pores, run);
             }
             return;
-        }
+        };
         // How full rows are before this pass: those above and below are kept from row to row.
         let known = if kept.fill_row == row { row + 1 } else { row - 1 };
         for near in known..=row + 1 {
@@ -50,8 +53,12 @@ impl World<'_> {
             here: kept.fill.row(row),
             below: kept.fill.row(row + 1),
         };
+        let mut is_stirred = false;
         for &run in runs {
-            diffuse_conducting(here, &old, &fill, pores, run);
+            is_stirred |= diffuse_conducting(here, &old, &fill, pores, run);
+        }
+        if is_stirred && self.own.contains(&row) {
+            living.facts.note_stirred(row);
         }
     }
 
