@@ -146,7 +146,9 @@ fn simulate(
     for deed in &glaze.deeds {
         match deed {
             Deed::Wet(coverage) => wash.wet(patch(coverage)),
-            Deed::Water(coverage) => wash.add_water(patch(coverage)),
+            Deed::Water(coverage) => {
+                wash.add_water(patch(coverage));
+            }
             Deed::Pigment(coverage, amounts) => {
                 for (pigment, &amount) in amounts.iter().enumerate() {
                     let amounts = coverage.amount.map(|covered| covered * amount as f32);

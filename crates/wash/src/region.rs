@@ -19,6 +19,11 @@ pub struct Run {
 }
 
 impl Run {
+    /// Whether this run and the row above it are wet wherever the other run, in the row above, has cells.
+    pub fn covers(self, above: Self) -> bool {
+        self.all_wet && self.first <= above.first && above.end <= self.end
+    }
+
     /// Number of cells.
     pub fn len(self) -> usize {
         self.end - self.first

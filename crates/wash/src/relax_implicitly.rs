@@ -11,8 +11,9 @@ use multiversion::multiversion;
 use crate::region::Run;
 use crate::relax_divergence::FlowRows;
 
-/// Error of the solution that is allowed, relative.
-const TOLERANCE: f64 = 1e-3;
+/// Error of the solution that is allowed, relative. A tenth of this moves pigment by less than 3 ‰ and takes half as many
+/// iterations more; water is kept in any case, for it follows the flow that comes out.
+const TOLERANCE: f64 = 1e-2;
 /// More iterations are never made.
 const MOST_ITERATIONS: u32 = 400;
 /// The flow stays below 1/√this of the speed of waves √B.
@@ -111,13 +112,37 @@ pub struct SolveRows<'a> {
 /// One iteration for the cells of one row.
 ///
 /// # Shapes and units
-/// Field rows; `next` must not be `before`. `stiffness` is B r².
-pub fn iterate(next: &mut [f32], rows: &SolveRows<'_>, iteration: Iteration, stiffness: f32, run: Run) {
-    iterate_kernel(next, rows, iteration, stiffness, run);
+/// Field rows; `next` must not be `before`. `stiffness` is B r². `is_free` says that the mobility of all faces around the
+/// run's cells is 1, but for those at its ends.
+pub fn iterate(
+    next: &mut [f32],
+    rows: &SolveRows<'_>,
+    iteration: Iteration,
+    stiffness: f32,
+    run: Run,
+    is_free: bool,
+) {
+    /// Cells at the ends of a free run, whole vectors, for which mobility is looked up.
+    const END: usize = 8;
+    if is_free && run.len() > 4 * END {
+        let part = |first, end| Run { first, end, all_wet: false };
+        let (start, end) = (run.first + END, run.end - END);
+        iterate_kernel::<false>(next, rows, iteration, stiffness, part(run.first, start));
+        iterate_kernel::<true>(next, rows, iteration, stiffness, part(start, end));
+        iterate_kernel::<false>(next, rows, iteration, stiffness, part(end, run.end));
+    } else {
+        iterate_kernel::<false>(next, rows, iteration, stiffness, run);
+    }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn iterate_kernel(next: &mut [f32], rows: &SolveRows<'_>, iteration: Iteration, stiffness: f32, run: Run) {
+fn iterate_kernel<const FREE: bool>(
+    next: &mut [f32],
+    rows: &SolveRows<'_>,
+    iteration: Iteration,
+    stiffness: f32,
+    run: Run,
+) {
     let Iteration { carry, gain } = iteration;
     let (first, n) = (run.first, run.len());
     let next = &mut next[first..][..n];
@@ -128,8 +153,10 @@ fn iterate_kernel(next: &mut [f32], rows: &SolveRows<'_>, iteration: Iteration, 
     let (m_v, m_v_below) = (&rows.mobility_v[first..][..n], &rows.mobility_v_below[first..][..n]);
     for i in 0..n {
         let here = q[i + 1];
-        let sideways = m_u[i] * (here - q[i]) + m_u[i + 1] * (here - q[i + 2]);
-        let upright = m_v[i] * (here - above[i]) + m_v_below[i] * (here - below[i]);
+        // Times 1 is left out: the same bits.
+        let through = |mobility: f32, difference: f32| if FREE { difference } else { mobility * difference };
+        let sideways = through(m_u[i], here - q[i]) + through(m_u[i + 1], here - q[i + 2]);
+        let upright = through(m_v[i], here - above[i]) + through(m_v_below[i], here - below[i]);
         let residual = divergence[i] - (here + stiffness * (sideways + upright));
         next[i] = here + (carry * (here - before[i]) + gain * residual);
     }
@@ -176,7 +203,7 @@ mod tests {
     #[test]
     fn finer_grids_need_more_iterations_in_proportion() {
         let count = |scale| Relaxation::new(0.4, 0.0, scale).iterations.len();
-        assert_eq!([count(1.0), count(2.0), count(4.0)], [9, 15, 29]);
+        assert_eq!([count(1.0), count(2.0), count(4.0)], [6, 11, 21]);
     }
 
     #[test]

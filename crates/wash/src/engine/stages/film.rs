@@ -42,8 +42,11 @@ impl World<'_> {
             mobility_v: living.mobility_v.row(row),
             mobility_v_below: living.mobility_v.row(row + 1),
         };
+        let free_rows = living.facts.is_free(row) && living.facts.is_free(row + 1);
         for &run in runs {
-            iterate(next, &rows, iteration, stiffness, run);
+            // All cells of the run are wet, as are those above and below.
+            let is_free = free_rows && run.all_wet && self.wet.runs(row + 1).iter().any(|below| below.covers(run));
+            iterate(next, &rows, iteration, stiffness, run, is_free);
         }
     }
 
