@@ -293,6 +293,9 @@ impl Wash {
                 progress(report.steps);
             }
         }
+        if let (Running::C97(run), Ok(())) = (&mut running, &ended) {
+            run.finish(&task);
+        }
         running.pools().mark_tiles(&mut self.changed, canvas);
         running.pools().give_back(&mut self.state);
         self.state.ledger = ledger;

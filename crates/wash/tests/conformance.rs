@@ -112,6 +112,25 @@ proptest! {
 
     /// A run cut in two gives the bits of the whole.
     #[test]
+    fn two_sweeps_at_most_stop_as_early_as_more(case in cases(), tolerance in prop_oneof![Just(0.0), Just(0.02), Just(1.0)]) {
+        // Of two sweeps the second goes before it is known whether it should; of three it does not.
+        let run = |sweeps: u32, threads: usize, steps: u64| {
+            let mut wash = case.wash();
+            let WashModel::C97 { params, capillary } = *wash.model() else { unreachable!() };
+            let params = C97Params { relax_max_sweeps: sweeps, relax_tolerance: tolerance, ..params };
+            wash.set_model(WashModel::C97 { params, capillary });
+            let report = wash.run(steps, &RunConfig { threads, ..RunConfig::default() });
+            report.map(|report| (report.sweeps_total, wash.into_state()))
+        };
+        if let (Ok((two, after_two)), Ok((three, after_three))) = (run(2, 3, 1), run(3, 1, 1)) {
+            if three < 3 {
+                prop_assert_eq!(two, three);
+                same(&after_two, &after_three, "at most two against at most three");
+            }
+        }
+    }
+
+    #[test]
     fn a_cut_run_gives_the_same_bits(case in cases(), cut in 0u64..7) {
         let whole = try_run(&case, 7, Engine::Fast, 2);
         prop_assume!(whole.is_ok(), "ran away");

@@ -8,16 +8,24 @@ use super::world::Found;
 use super::{Stop, Task, go_on, substeps};
 
 /// A wash that runs by C97.
+///
+/// The loop of steps is rotated: a step ends before its pigment moves, which then goes down the rows together with the
+/// next step's water. [`C97Run::finish`] moves what is left behind.
 #[derive(Debug)]
 pub struct C97Run {
     pub pools: Pools,
     /// The largest sum of outflow speeds of a cell, when known.
     fastest: Option<f32>,
+    /// Whether the last step's pigment has yet to move, in one sub-step.
+    is_behind: bool,
 }
+
+/// What moves pigment in a step of one sub-step.
+const PIGMENT: [Stage; 2] = [Stage::Carry(1.0), Stage::Transfer];
 
 impl C97Run {
     pub fn new(pools: Pools) -> Self {
-        Self { pools, fastest: None }
+        Self { pools, fastest: None, is_behind: false }
     }
 
     /// One step of C97's MainLoop; returns the number of relaxation sweeps.
@@ -25,16 +33,19 @@ impl C97Run {
     /// # Source
     /// Curtis et al. 1997, §4.3–4.6.
     pub fn step(&mut self, task: &Task, cancel: &AtomicBool) -> Result<u32, Stop> {
-        let first_correction = self.update_velocities(task, cancel)?;
-        let (sweeps, outflow) = self.relax_divergence(task, first_correction, cancel)?;
+        let (sweeps, outflow) = self.move_water(task, cancel)?;
         self.fastest = Some(f32::from_bits(outflow as u32));
         let n = substeps(outflow)?;
+        go_on(outflow, cancel)?;
+        if n == 1 && task.pores.is_none() {
+            self.is_behind = true;
+            return Ok(sweeps);
+        }
         let dt = 1.0 / n as f32;
         for _ in 1..n {
             go_on(outflow, cancel)?;
             self.pools.pass(task, &[Stage::Carry(dt)]);
         }
-        go_on(outflow, cancel)?;
         self.pools.pass(task, &[Stage::Carry(dt), Stage::Transfer]);
         if task.pores.is_some() {
             self.pools.pass(task, &[Stage::Absorb, Stage::Diffuse(0), Stage::Spread]);
@@ -42,40 +53,65 @@ impl C97Run {
         Ok(sweeps)
     }
 
-    /// Returns the bits of the largest correction that the first relaxation sweep will make.
-    fn update_velocities(&mut self, task: &Task, cancel: &AtomicBool) -> Result<i32, Stop> {
+    /// Moves the pigment of the last step.
+    pub fn finish(&mut self, task: &Task) {
+        if std::mem::take(&mut self.is_behind) {
+            self.pools.pass(task, &PIGMENT);
+        }
+    }
+
+    /// Velocities, relaxation and outflow; returns the number of sweeps, and the bits of the largest sum of outflow
+    /// speeds after them.
+    fn move_water(&mut self, task: &Task, cancel: &AtomicBool) -> Result<(u32, i32), Stop> {
         // The slope cannot push any face past this; the factor covers rounding. Then one sub-step will do and the
         // exact maximum, which would need a pass of its own, is not asked for.
         let steepest = self.pools.steepest();
         let bound = self.fastest.map_or(f32::INFINITY, |fastest| (fastest + steepest) * (1.0 + 1e-5));
-        if bound <= 1.0 {
-            let stages = [Stage::AddSlope, Stage::Advance(1.0), Stage::FindCorrection];
-            return Ok(self.pools.pass(task, &stages).next_correction);
-        }
-        let speed = self.pools.pass(task, &[Stage::AddSlope]).speed;
-        let n = substeps(speed)?;
-        let dt = 1.0 / n as f32;
-        for _ in 1..n {
+        if bound > 1.0 {
+            self.finish(task);
+            let speed = self.pools.pass(task, &[Stage::AddSlope]).speed;
+            let n = substeps(speed)?;
+            let dt = 1.0 / n as f32;
+            for _ in 1..n {
+                go_on(speed, cancel)?;
+                self.pools.pass(task, &[Stage::Advance(dt)]);
+            }
             go_on(speed, cancel)?;
-            self.pools.pass(task, &[Stage::Advance(dt)]);
+            return self.relax_divergence(task, vec![Stage::Advance(dt)], cancel);
         }
-        go_on(speed, cancel)?;
-        Ok(self.pools.pass(task, &[Stage::Advance(dt), Stage::FindCorrection]).next_correction)
+        let mut stages = Vec::new();
+        if std::mem::take(&mut self.is_behind) {
+            stages.extend(PIGMENT);
+        }
+        stages.extend([Stage::AddSlope, Stage::Advance(1.0)]);
+        self.relax_divergence(task, stages, cancel)
     }
 
-    /// Returns the number of sweeps, and the bits of the largest sum of outflow speeds after them.
+    /// Relaxes the flow after other stages; returns as [`C97Run::move_water`].
     ///
-    /// Sweeps stop exactly where they would one by one: what the next sweep will correct at most is known before it is
-    /// made, and a sweep that leaves more than the tolerance is sure to be followed by another, so two go in a pass.
+    /// Sweeps stop exactly where they would one by one, though two go in a pass. What the next sweep will correct at most
+    /// is known before it is made, and one that corrects more than the tolerance is sure to be followed by another. Where
+    /// two are allowed at all, both go with the stages before them, and the second one is taken back if it should not
+    /// have been made.
     fn relax_divergence(
         &mut self,
         task: &Task,
-        first_correction: i32,
+        mut stages: Vec<Stage>,
         cancel: &AtomicBool,
     ) -> Result<(u32, i32), Stop> {
-        const TWO: [Stage; 2] = [Stage::Sweep(0), Stage::Sweep(1)];
         let is_enough = |correction: i32| f32::from_bits(correction as u32) <= task.relax_tolerance;
-        let mut correction = first_correction;
+        if task.relax_max_sweeps == 2 {
+            stages.extend([Stage::Sweep(0), Stage::GuardedSweep, Stage::FlowOutward]);
+            let found = self.pools.pass(task, &stages);
+            go_on(found.corrections[0].max(found.corrections[1]), cancel)?;
+            if !is_enough(found.corrections[0]) {
+                return Ok((2, found.outflow));
+            }
+            self.pools.take_back();
+            return Ok((1, self.pools.pass(task, &[Stage::FlowOutward]).outflow));
+        }
+        stages.push(Stage::FindCorrection);
+        let mut correction = self.pools.pass(task, &stages).next_correction;
         let mut sweeps = 0;
         loop {
             go_on(correction, cancel)?;
@@ -86,12 +122,12 @@ impl C97Run {
             }
             sweeps += 2;
             if left == 2 {
-                let found = self.pools.pass(task, &[TWO[0], TWO[1], Stage::FlowOutward]);
+                let found = self.pools.pass(task, &[Stage::Sweep(0), Stage::Sweep(1), Stage::FlowOutward]);
                 go_on(found.corrections[1], cancel)?;
                 return Ok((sweeps, found.outflow));
             }
             let Found { corrections, next_correction, .. } =
-                self.pools.pass(task, &[TWO[0], TWO[1], Stage::FindCorrection]);
+                self.pools.pass(task, &[Stage::Sweep(0), Stage::Sweep(1), Stage::FindCorrection]);
             go_on(corrections[1], cancel)?;
             if is_enough(corrections[1]) {
                 return Ok((sweeps, self.pools.pass(task, &[Stage::FlowOutward]).outflow));

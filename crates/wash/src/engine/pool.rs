@@ -295,6 +295,20 @@ impl Pool {
         }
     }
 
+    /// Takes back the guarded sweep of the last pass, and what followed it.
+    pub fn take_back(&mut self) {
+        let WashState { u, v, pressure, .. } = &mut self.state;
+        let bands = self.wet_cuts.len() - 1;
+        for scratch in &self.scratch[..bands] {
+            let stride = u.layout().stride();
+            for (&row, values) in scratch.saved.rows.iter().zip(scratch.saved.values.chunks(3 * stride)) {
+                for (field, values) in [&mut *u, v, pressure].into_iter().zip(values.chunks(stride)) {
+                    field.row_mut(row).copy_from_slice(values);
+                }
+            }
+        }
+    }
+
     /// Looks again at where cells became wet (C97).
     pub fn grow(&mut self, task: &Task, rows: &[usize], place: Option<&Place>) {
         let Some(place) = place else { return };

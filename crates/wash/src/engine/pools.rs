@@ -228,6 +228,11 @@ impl Pools {
         self.pools.iter().any(|place| place.pool.is_damp())
     }
 
+    /// Takes back the guarded sweep of the last pass, and what followed it.
+    pub fn take_back(&mut self) {
+        self.pools.iter_mut().for_each(|place| place.pool.take_back());
+    }
+
     /// Begins a step with so many passes over the pores.
     pub fn settle_down(&mut self, passes: usize) {
         self.pools.iter_mut().for_each(|place| place.pool.settle_down(passes));

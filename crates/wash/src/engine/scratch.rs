@@ -155,12 +155,33 @@ pub struct CarryScratch {
     pub above_row: usize,
 }
 
+/// Rows of u, v and pressure as they were.
+#[derive(Debug, Default)]
+pub struct Saved {
+    /// Numbers of the rows.
+    pub rows: Vec<usize>,
+    /// The three rows of each, one after the other.
+    pub values: Vec<f32>,
+}
+
+impl Saved {
+    /// Keeps a row.
+    pub fn save(&mut self, row: usize, fields: [&Rows<'_, f32>; 3]) {
+        self.rows.push(row);
+        for field in fields {
+            self.values.extend_from_slice(field.row(row));
+        }
+    }
+}
+
 /// Scratch of one band.
 #[derive(Debug)]
 pub struct Scratch {
     stride: usize,
     pub advance: AdvanceScratch,
     pub sweeps: [SweepScratch; 2],
+    /// Rows before a sweep that may have to be taken back.
+    pub saved: Saved,
     /// A ring per pigment.
     pub suspended: Vec<Ring>,
     /// One per pass over the pores.
@@ -196,6 +217,7 @@ impl Scratch {
                 corner_row: NONE,
             },
             sweeps: [sweep(), sweep()],
+            saved: Saved::default(),
             suspended: (0..pigments).map(|_| Ring::new(stride)).collect(),
             pores: Vec::new(),
             solve: SolveScratch::default(),
@@ -220,6 +242,8 @@ impl Scratch {
             pores.ring.begin();
             pores.fill_row = NONE;
         }
+        self.saved.rows.clear();
+        self.saved.values.clear();
         self.room_row = NONE;
         for carry in &mut self.carry {
             carry.ring.begin();

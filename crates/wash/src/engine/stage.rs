@@ -23,6 +23,9 @@ pub enum Stage {
     FindCorrection,
     /// A relaxation sweep: the first or the second of its pass.
     Sweep(usize),
+    /// The second relaxation sweep of its pass, which can be taken back while no correction of the first has been found to
+    /// be above the tolerance.
+    GuardedSweep,
     /// Draws water to the edges and notes the largest sum of outflow speeds.
     FlowOutward,
     /// Carries suspended pigment for a sub-step of this length.
@@ -85,6 +88,7 @@ impl Stage {
             Self::Advance(_)
             | Self::FindCorrection
             | Self::Sweep(_)
+            | Self::GuardedSweep
             | Self::FlowOutward
             | Self::Diffuse(_)
             | Self::BeginSolve { .. }
@@ -117,7 +121,7 @@ impl Stage {
             | Self::Share(_)
             | Self::WidenShare(..) => Changes::NOTHING,
             Self::AddSlope | Self::Advance(_) | Self::Project { .. } => Changes::FLOW,
-            Self::Sweep(_) => Changes::FLOW | Changes::PRESSURE,
+            Self::Sweep(_) | Self::GuardedSweep => Changes::FLOW | Changes::PRESSURE,
             Self::FlowOutward | Self::MoveFilm(..) | Self::Evaporate => Changes::PRESSURE,
             Self::Carry(_) | Self::CarryPacked(_) => Changes::SUSPENDED,
             Self::Transfer | Self::Settle => Changes::SUSPENDED | Changes::DEPOSITED,
@@ -135,11 +139,16 @@ impl Stage {
         matches!(self, Self::Absorb | Self::Diffuse(_) | Self::Spread | Self::Cover | Self::EvaporatePores)
     }
 
-    /// Whether it reads rows that only the stage before it in the same pass keeps.
+    /// Whether it reads what only the stage before it in the same pass keeps, or may be taken back together with it.
     pub fn continues(self) -> bool {
         matches!(
             self,
-            Self::Iterate { .. } | Self::Project { .. } | Self::WidenShare(..) | Self::MoveFilm(..)
+            Self::Iterate { .. }
+                | Self::Project { .. }
+                | Self::WidenShare(..)
+                | Self::MoveFilm(..)
+                | Self::GuardedSweep
+                | Self::FlowOutward
         )
     }
 }

@@ -190,6 +190,7 @@ impl<'a> World<'a> {
             Stage::Advance(dt) => self.advance(row, dt),
             Stage::FindCorrection => self.find_correction(row),
             Stage::Sweep(slot) => self.sweep(row, slot),
+            Stage::GuardedSweep => self.guarded_sweep(row),
             Stage::FlowOutward => self.flow_outward(row),
             Stage::Carry(dt) => self.carry(row, dt),
             Stage::Transfer => self.transfer(row),

@@ -143,6 +143,15 @@ impl World<'_> {
         self.found.corrections[slot] = largest;
     }
 
+    pub fn guarded_sweep(&mut self, row: usize) {
+        // The first sweep is a row ahead: what it has found so far decides.
+        let is_sure = f32::from_bits(self.found.corrections[0] as u32) > self.task.relax_tolerance;
+        if !is_sure && self.own.contains(&row) {
+            self.scratch.saved.save(row, [&self.u, &self.v, &self.pressure]);
+        }
+        self.sweep(row, 1);
+    }
+
     pub fn flow_outward(&mut self, row: usize) {
         let mut fastest = self.found.outflow;
         for &run in self.wet_runs(row) {
