@@ -23,13 +23,7 @@ pub fn evaporate(film: &mut [f32], edge: &[f32], mask: &[u8], everywhere: f32, r
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn evaporate_kernel(
-    film: &mut [f32],
-    edge: &[f32],
-    mask: &[u8],
-    everywhere: f32,
-    run: Run,
-) -> (i64, i32) {
+fn evaporate_kernel(film: &mut [f32], edge: &[f32], mask: &[u8], everywhere: f32, run: Run) -> (i64, i32) {
     let (first, n) = (run.first, run.len());
     let (p, edge, m) = (&mut film[first..][..n], &edge[first..][..n], &mask[first..][..n]);
     let mut quanta = 0;

@@ -18,16 +18,19 @@ pub struct C97Run {
     fastest: Option<f32>,
     /// Whether the last step's pigment has yet to move, in one sub-step.
     is_behind: bool,
-    /// Sweeps of the last step.
-    sweeps: u32,
+    /// Steps in a row that took two sweeps.
+    twos: u32,
 }
+
+/// Steps in a row that took two sweeps after which the next one is taken to do so as well.
+const TWOS_TO_TRUST: u32 = 4;
 
 /// What moves pigment in a step of one sub-step.
 const PIGMENT: [Stage; 2] = [Stage::Carry(1.0), Stage::Transfer];
 
 impl C97Run {
     pub fn new(pools: Pools) -> Self {
-        Self { pools, fastest: None, is_behind: false, sweeps: 0 }
+        Self { pools, fastest: None, is_behind: false, twos: 0 }
     }
 
     /// One step of C97's MainLoop; returns the number of relaxation sweeps.
@@ -37,7 +40,7 @@ impl C97Run {
     pub fn step(&mut self, task: &Task, cancel: &AtomicBool) -> Result<u32, Stop> {
         let (sweeps, outflow) = self.move_water(task, cancel)?;
         self.fastest = Some(f32::from_bits(outflow as u32));
-        self.sweeps = sweeps;
+        self.twos = if sweeps == 2 { self.twos + 1 } else { 0 };
         let n = substeps(outflow)?;
         go_on(outflow, cancel)?;
         if n == 1 && task.pores.is_none() {
@@ -94,7 +97,7 @@ impl C97Run {
     ///
     /// Sweeps stop exactly where they would one by one, though two go in a pass. What the next sweep will correct at most
     /// is known before it is made, and one that corrects more than the tolerance is sure to be followed by another. Where
-    /// two are allowed at all and the last step took both, they go with the stages before them, and the second one is
+    /// two are allowed at all and the last steps took both, they go with the stages before them, and the second one is
     /// taken back if it should not have been made.
     fn relax_divergence(
         &mut self,
@@ -103,7 +106,7 @@ impl C97Run {
         cancel: &AtomicBool,
     ) -> Result<(u32, i32), Stop> {
         let is_enough = |correction: i32| f32::from_bits(correction as u32) <= task.relax_tolerance;
-        if task.relax_max_sweeps == 2 && self.sweeps == 2 {
+        if task.relax_max_sweeps == 2 && self.twos >= TWOS_TO_TRUST {
             stages.extend([Stage::Sweep(0), Stage::GuardedSweep, Stage::FlowOutward]);
             let found = self.pools.pass(task, &stages);
             go_on(found.corrections[0].max(found.corrections[1]), cancel)?;

@@ -45,7 +45,8 @@ impl World<'_> {
         let free_rows = living.facts.is_free(row) && living.facts.is_free(row + 1);
         for &run in runs {
             // All cells of the run are wet, as are those above and below.
-            let is_free = free_rows && run.all_wet && self.wet.runs(row + 1).iter().any(|below| below.covers(run));
+            let is_free =
+                free_rows && run.all_wet && self.wet.runs(row + 1).iter().any(|below| below.covers(run));
             iterate(next, &rows, iteration, stiffness, run, is_free);
         }
     }

@@ -107,7 +107,8 @@ impl World<'_> {
         let (mut thinnest, mut has_room) = (i32::MAX, false);
         for &run in runs {
             let (saturation, film) = (self.saturation.row_mut(row), self.pressure.row_mut(row));
-            let (of_run, roomy) = absorb_film(saturation, film, height, mask, pores, living.task.pore_depth, run);
+            let (of_run, roomy) =
+                absorb_film(saturation, film, height, mask, pores, living.task.pore_depth, run);
             thinnest = thinnest.min(of_run);
             has_room |= roomy;
         }
