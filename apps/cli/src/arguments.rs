@@ -10,7 +10,7 @@ use girtin::params::row::Parameters;
 use girtin::params::{Row, Value};
 use girtin::wash::{C97Params, Capillary, LivingParams, WashModel};
 
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::input;
 
 /// Who wrote a picture.
@@ -39,13 +39,17 @@ impl PigmentFiles {
     }
 }
 
-/// A name that is not in the library; its kind says whether it stood on the command line or in a file.
-pub fn unknown_pigment(kind: Kind, unknown: &UnknownPigment) -> Failure {
-    let hint = match unknown {
+/// A name on the command line that is not in the library.
+pub fn unknown_pigment(unknown: &UnknownPigment) -> Failure {
+    Failure::usage(unknown).hint(pigment_hint(unknown))
+}
+
+/// What to do about a name that is not in the library.
+pub fn pigment_hint(unknown: &UnknownPigment) -> String {
+    match unknown {
         UnknownPigment::NoSuch { nearest: None, .. } => "`girtin pigments` lists them all".to_owned(),
         _ => unknown.hint(),
-    };
-    Failure::new(kind, unknown).hint(hint)
+    }
 }
 
 /// How many threads work.

@@ -86,6 +86,7 @@ pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         let job = Job {
             stock: &stock,
             document: &document,
+            name: example.name,
             text: example.text,
             folder: None,
             picture: args.picture,

@@ -7,9 +7,10 @@ use girtin::grid::random::fold;
 use girtin::painting::picture::write_png;
 use girtin::painting::{Document, PaintConfig, PaintError, ResolveError, Stock, composite};
 use girtin::paper::Paper;
+use girtin::params::Place;
 
 use crate::arguments::{PictureArgs, PigmentFiles, ThreadArgs, real_within};
-use crate::failure::Failure;
+use crate::failure::{Failure, plain};
 use crate::input;
 use crate::interrupt::Interrupt;
 use crate::output::{OutputArgs, Outputs, Staged, Target, print};
@@ -68,7 +69,8 @@ pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         stock.papers.insert(Paper::from_toml(&path.display().to_string(), &input::read_text(path)?)?);
     }
     let text = input::read_text(&args.document)?;
-    let mut document = Document::from_toml(&args.document.display().to_string(), &text, &stock)?;
+    let name = args.document.display().to_string();
+    let mut document = Document::from_toml(&name, &text, &stock)?;
     document.sheet.pixels_per_mm *= args.scale;
     document.sheet.seed = args.seed.unwrap_or(document.sheet.seed);
     let inputs = [&args.document].into_iter().chain(&args.pigment_files.files).chain(&args.paper_files);
@@ -81,6 +83,7 @@ pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let job = Job {
         stock: &stock,
         document: &document,
+        name: &name,
         text: &text,
         folder: args.document.parent(),
         picture: args.picture,
@@ -118,6 +121,8 @@ pub struct Job<'a> {
     pub stock: &'a Stock,
     /// The document.
     pub document: &'a Document,
+    /// Its file's name, for messages.
+    pub name: &'a str,
     /// Its text, of which the picture tells a fingerprint.
     pub text: &'a str,
     /// Where its maps are; without a folder there are none.
@@ -176,14 +181,20 @@ impl Job<'_> {
         match error {
             PaintError::Run { source, .. } => wash::stopped(source, error, self.interrupt),
             PaintError::Resolve(ResolveError::TooLarge { .. }) => Failure::input(error).hint(TOO_LARGE),
-            PaintError::Resolve(ResolveError::Open { .. }) => {
-                Failure::input(error).hint("maps lie in the document's folder")
+            PaintError::Resolve(ResolveError::Open { file, place, source }) => {
+                let said = format!("cannot read map `{file}`: {}", plain(source));
+                self.said_at(place, &said, "maps lie in the document's folder")
             }
-            PaintError::Resolve(ResolveError::Map { source, .. }) => {
-                Failure::input(error).hint(source.hint().unwrap_or("save the map again"))
+            PaintError::Resolve(ResolveError::Map { place, source, .. }) => {
+                self.said_at(place, &error.to_string(), source.hint().unwrap_or("save the map again"))
             }
             _ => Failure::input(error).hint("mend the document"),
         }
+    }
+
+    /// What is wrong with something that the document names.
+    fn said_at(&self, place: &Place, message: &str, hint: &str) -> Failure {
+        place.problem(self.name, self.text, message, hint).into()
     }
 }
 

@@ -51,6 +51,7 @@ pub fn run(args: &SwatchesArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let job = Job {
         stock: &stock,
         document: &document,
+        name: SWATCHES.name,
         text: SWATCHES.text,
         folder: None,
         picture: args.picture,

@@ -9,11 +9,13 @@ use girtin::optics::{Coefficients, LinearRgb, Pigment};
 use girtin::painting::picture::write_png;
 use girtin::painting::state_file::{self, StateFileError};
 use girtin::painting::{WashSettings, composite, handling_of};
+use girtin::params::Place;
 use girtin::wash::{Ledger, RunConfig, RunError, RunReport, StateError, Wash, WashModel, WashState};
 use serde_json::json;
 
 use crate::arguments::{
-    ModelArgs, PictureArgs, PigmentFiles, ThreadArgs, parse_ground, real_within, unknown_pigment,
+    ModelArgs, PictureArgs, PigmentFiles, ThreadArgs, parse_ground, pigment_hint, real_within,
+    unknown_pigment,
 };
 use crate::failure::{Failure, Kind};
 use crate::input;
@@ -113,15 +115,12 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         Some(_) => WashModel::living(),
         None => WashModel::c97(),
     });
-    let settings = match &settings_file {
-        Some(path) => {
-            WashSettings::from_toml(&path.display().to_string(), &input::read_text(path)?, default)?
-        }
-        None => WashSettings { model: default, pigments: Vec::new() },
-    };
+    let settings_text = settings_file.as_deref().map(input::read_text).transpose()?.unwrap_or_default();
+    let origin = settings_file.as_deref().map_or_else(String::new, |path| path.display().to_string());
+    let settings = WashSettings::from_toml(&origin, &settings_text, default)?;
     let model = args.model.over(settings.model)?;
     set_scale(&mut state, args, &model, &name)?;
-    let pigments = pigments(args, &settings, settings_file.as_deref())?;
+    let pigments = pigments(args, &settings, &origin, &settings_text)?;
 
     let inputs = [&args.state].into_iter().chain(&settings_file).chain(&args.pigment_files.files);
     let mut outputs = Outputs::new(args.output, inputs.map(PathBuf::as_path));
@@ -197,28 +196,27 @@ fn found_settings(state: &Path) -> Option<PathBuf> {
     path.is_file().then_some(path)
 }
 
-/// The pigments that the command line names, or else the file.
+/// The pigments that the command line names, or else the file of that name and text.
 fn pigments(
     args: &WashArgs,
     settings: &WashSettings,
-    settings_file: Option<&Path>,
+    origin: &str,
+    text: &str,
 ) -> Result<Vec<Pigment>, Failure> {
     let library = args.pigment_files.library()?;
-    let (kind, names) = match &args.pigments {
-        Some(names) => (Kind::Usage, names),
-        None => (Kind::Input, &settings.pigments),
+    if let Some(names) = &args.pigments {
+        let pigment = |name: &String| library.get(name).cloned();
+        return names
+            .iter()
+            .map(pigment)
+            .collect::<Result<_, _>>()
+            .map_err(|unknown| unknown_pigment(&unknown));
+    }
+    let pigment = |(name, place): (&String, &Place)| {
+        let found = library.get(name).cloned();
+        found.map_err(|unknown| place.problem(origin, text, &unknown, pigment_hint(&unknown)).into())
     };
-    let pigment = |name: &String| match library.get(name) {
-        Ok(pigment) => Ok(pigment.clone()),
-        Err(unknown) => {
-            let failure = unknown_pigment(kind, &unknown);
-            Err(match settings_file.filter(|_| kind == Kind::Input) {
-                Some(file) => failure.within(&input::name_of(file)),
-                None => failure,
-            })
-        }
-    };
-    names.iter().map(pigment).collect()
+    settings.pigments.iter().zip(&settings.pigment_places).map(pigment).collect()
 }
 
 fn read_state(path: &Path) -> Result<WashState, Failure> {

@@ -126,7 +126,11 @@ fn pigments_that_are_not_there() {
     assert!(cause.contains("`ultramarin`") && hint.contains("ultramarine"), "{cause} {hint}");
     folder.write("wash.toml", "pigments = [\"burnt-umbre\", \"viridian\"]\n");
     let (cause, hint) = folder.fails("wash --state in.npz --steps 1", 4);
-    assert!(cause.contains("wash.toml") && hint.contains("`burnt-umber`"), "{cause} {hint}");
+    assert!(cause.starts_with("wash.toml:1:13: `pigments[1]`: "), "{cause}");
+    assert!(cause.contains("`burnt-umbre`") && hint.contains("`burnt-umber`"), "{cause} {hint}");
+    folder.write("wash.toml", "viscosity = 0.1\npigments = [\n  \"viridian\",\n  \"viridiann\",\n]\n");
+    let (cause, _) = folder.fails("wash --state in.npz --steps 1", 4);
+    assert!(cause.starts_with("wash.toml:4:3: `pigments[2]`: "), "{cause}");
     folder.fails("mix burnt-umbre:0.3", 2);
     folder.fails("mix burnt-umber:-1", 2);
     folder.fails("mix burnt-umber:inf", 2);
@@ -269,6 +273,20 @@ fn documents() {
     folder.write("doc.toml", "format = 1\n[sheet]\nsize = [10, 10]\npaper = \"cold-pres\"\n");
     let (cause, hint) = folder.fails(run, 4);
     assert!(cause.starts_with("doc.toml:4:") && hint.contains("`cold-press`"), "{cause} {hint}");
+    let map = |file: &str| {
+        let area = format!("area = {{ shape = \"map\", file = \"{file}\" }}");
+        format!("format = 1\n[sheet]\nsize = [10, 10]\n[[glaze]]\n[[glaze.events]]\ndo = \"wet\"\n{area}\n")
+    };
+    folder.write("doc.toml", map("none.png"));
+    let (cause, hint) = folder.fails(run, 4);
+    assert!(
+        cause.starts_with("doc.toml:7:32: `glaze[1].events[1].area.file`: cannot read map `none.png`"),
+        "{cause}"
+    );
+    assert!(hint.contains("folder"), "{hint}");
+    folder.write("bad.png", "no picture").write("doc.toml", map("bad.png"));
+    let (cause, _) = folder.fails(run, 4);
+    assert!(cause.starts_with("doc.toml:7:32: `glaze[1].events[1].area.file`: map `bad.png`: "), "{cause}");
     folder.write("doc.toml", "format = 1\n[sheet]\nsize = [1000, 1000]\n");
     folder.fails("paint doc.toml out.png --scale 100", 4);
     folder.fails("paint doc.toml doc.toml --overwrite", 2);

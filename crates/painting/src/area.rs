@@ -2,8 +2,8 @@
 
 use girtin_grid::noise::{Fractal, Noise};
 use girtin_grid::{Raster, random};
-use girtin_params::Table;
 use girtin_params::read::Fault;
+use girtin_params::{Place, Table};
 
 /// Farthest coordinate, mm.
 const MAX_MM: f64 = 10_000.0;
@@ -73,6 +73,8 @@ pub enum Shape {
     Map {
         /// Name of the file.
         file: String,
+        /// Where the document names it.
+        place: Place,
     },
 }
 
@@ -124,7 +126,7 @@ impl Area {
                 let end = table.real("end_width", length.clone())?.unwrap_or(begin);
                 Shape::Stroke { points: points(1)?, width: [begin, end] }
             }
-            Kind::Map => Shape::Map { file: table.need_text("file")? },
+            Kind::Map => Shape::Map { file: table.need_text("file")?, place: table.place("file") },
         };
         Ok(Self {
             shape,

@@ -5,6 +5,7 @@ use std::io;
 use girtin_grid::Raster;
 use girtin_optics::{Coefficients, LinearRgb};
 use girtin_paper::{HeightSource, Sheet};
+use girtin_params::Place;
 use girtin_wash::{PigmentHandling, WashModel};
 
 use crate::area::{Area, Canvas, Coverage, Shape};
@@ -79,6 +80,8 @@ pub enum ResolveError {
     Open {
         /// Its name.
         file: String,
+        /// Where the document names it.
+        place: Place,
         /// Why.
         source: io::Error,
     },
@@ -87,6 +90,8 @@ pub enum ResolveError {
     Map {
         /// Its name.
         file: String,
+        /// Where the document names it.
+        place: Place,
         /// Why.
         source: MapError,
     },
@@ -192,7 +197,7 @@ fn cover(
     open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Coverage, ResolveError> {
     let map = match &area.shape {
-        Shape::Map { file } => Some(load(file, open)?),
+        Shape::Map { file, place } => Some(load(file, place, open)?),
         _ => None,
     };
     Ok(area.cover(canvas, map.as_ref()))
@@ -209,8 +214,16 @@ fn print(ground: &mut Raster<LinearRgb>, color: LinearRgb, coverage: &Coverage) 
     }
 }
 
-fn load(file: &str, open: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Raster<f32>, ResolveError> {
-    let bytes = open(file).map_err(|source| ResolveError::Open { file: file.to_owned(), source })?;
-    map_file::read(&bytes, &PictureLimits::default())
-        .map_err(|source| ResolveError::Map { file: file.to_owned(), source })
+fn load(
+    file: &str,
+    place: &Place,
+    open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+) -> Result<Raster<f32>, ResolveError> {
+    let (name, place) = (|| file.to_owned(), || place.clone());
+    let bytes = open(file).map_err(|source| ResolveError::Open { file: name(), place: place(), source })?;
+    map_file::read(&bytes, &PictureLimits::default()).map_err(|source| ResolveError::Map {
+        file: name(),
+        place: place(),
+        source,
+    })
 }
