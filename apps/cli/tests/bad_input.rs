@@ -258,6 +258,18 @@ fn papers_and_scans() {
     folder.fails("paper scan.png out.png --pixels-per-mm 12", 4);
     folder.fails("paper scan.png scan.png --pixels-per-mm 12 --overwrite", 2);
     folder.fails("paper rough out.png --dark-is-high", 2);
+    // A paper's own resolution is that of its cells; a slip of the finger in its name is said first.
+    let (cause, hint) = folder.fails("paper rough out.png --pixels-per-mm 12", 2);
+    assert!(cause.contains("`rough` is none") && hint.contains("--cells-per-mm"), "{cause} {hint}");
+    let (cause, _) = folder.fails("paper rouhg out.png --pixels-per-mm 12", 2);
+    assert!(cause.contains("no paper is called `rouhg`"), "{cause}");
+    folder.write("scan", "no picture either");
+    let (cause, _) = folder.fails("paper scan out.png --pixels-per-mm 12", 4);
+    assert!(cause.starts_with("`scan`: "), "{cause}");
+    let (cause, _) = folder.fails("paper - out.png", 2);
+    assert!(cause.contains("the standard input is a scan of unknown size"), "{cause}");
+    folder.fails("paper scan.png out.png --pixels-per-mm 12 --seed 3", 2);
+    folder.fails("paper scan.png out.png --pixels-per-mm 12 --tile-mm 3x3", 2);
     folder.fails("paper rough", 2);
 }
 
