@@ -8,7 +8,7 @@ use girtin::painting::{Document, Stock};
 use crate::arguments::{PictureArgs, ThreadArgs};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Interrupt;
-use crate::output::{OutputArgs, Outputs, make_folder};
+use crate::output::{MadeFolder, OutputArgs, Outputs};
 use crate::paint::Job;
 use crate::progress::TalkArgs;
 
@@ -70,7 +70,7 @@ impl GalleryArgs {
 /// A picture exists or cannot be written.
 pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     args.threads.install()?;
-    make_folder(&args.folder)?;
+    let _folder = MadeFolder::new(&args.folder)?;
     let mut outputs = Outputs::new(args.output, []);
     let stock = Stock::builtin();
     let mut tasks = Vec::new();
