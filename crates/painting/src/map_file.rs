@@ -3,6 +3,7 @@
 use std::io::{Cursor, Read};
 
 use girtin_grid::Raster;
+use girtin_grid::memory::{NoRoom, probe};
 use zip::ZipArchive;
 
 use crate::picture::{PictureError, PictureLimits, read_grey};
@@ -15,6 +16,9 @@ pub enum MapError {
     /// The picture cannot be read.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// There is no memory for it.
+    #[error(transparent)]
+    NoRoom(#[from] NoRoom),
     /// The archive or its array cannot be read.
     #[error("{0}")]
     Array(String),
@@ -25,6 +29,7 @@ impl MapError {
     pub fn hint(&self) -> Option<&'static str> {
         match self {
             Self::Picture(error) => error.hint(),
+            Self::NoRoom(_) => Some("reduce the map first"),
             Self::Array(_) => Some("save one array of two axes: np.savez(file, map.astype('float32'))"),
         }
     }
@@ -68,6 +73,7 @@ fn read_npz(bytes: &[u8], limits: &PictureLimits) -> Result<Raster<f32>, MapErro
     if data.len() as u64 != wanted {
         return Err(fault("the array ends early".to_owned()));
     }
+    probe([4 * cells; 2])?;
     let mut values = Vec::with_capacity(cells as usize);
     element.decode(&data, &mut values);
     if values.iter().any(|value| !value.is_finite()) {

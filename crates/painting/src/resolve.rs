@@ -3,6 +3,7 @@
 use std::io;
 
 use girtin_grid::Raster;
+use girtin_grid::memory::{NoRoom, probe};
 use girtin_optics::{Coefficients, LinearRgb};
 use girtin_paper::{HeightSource, Sheet};
 use girtin_params::Place;
@@ -11,6 +12,7 @@ use girtin_wash::{PigmentHandling, WashModel};
 use crate::area::{Area, Canvas, Coverage, Shape};
 use crate::document::{Document, Event, Stock};
 use crate::map_file::{self, MapError};
+use crate::memory;
 use crate::picture::PictureLimits;
 use crate::wash_settings::handling_of;
 
@@ -72,6 +74,9 @@ pub enum ResolveError {
         /// Rows.
         height: f64,
     },
+    /// There is no memory for it.
+    #[error(transparent)]
+    NoRoom(#[from] NoRoom),
     /// A name that the stock does not have.
     #[error("{0}")]
     Unknown(String),
@@ -127,6 +132,7 @@ impl Document {
     ) -> Result<Plan, ResolveError> {
         let sheet = &self.sheet;
         let [width, height] = self.cells()?;
+        probe(memory::pieces_of_document(self, [width, height]))?;
         let paper =
             stock.papers.get(&sheet.paper).map_err(|error| ResolveError::Unknown(error.to_string()))?;
         let cells_per_mm = sheet.pixels_per_mm * f64::from(sheet.cells_per_pixel);

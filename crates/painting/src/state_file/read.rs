@@ -3,6 +3,7 @@
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::slice::from_mut;
 
+use girtin_grid::memory::probe;
 use girtin_grid::{Field, Layout};
 use girtin_wash::{Ledger, WashState};
 use zip::ZipArchive;
@@ -21,12 +22,14 @@ pub struct Limits {
     pub pigments: u64,
     /// Memory of all fields, bytes. Of paper that nothing touched it is only reserved.
     pub bytes: u64,
+    /// Memory of what is not 0, bytes: about what the state really takes.
+    pub touched_bytes: u64,
 }
 
 impl Default for Limits {
-    /// 2^28 cells, 64 pigments, 16 GiB.
+    /// 2^28 cells, 64 pigments, 16 GiB, all of them.
     fn default() -> Self {
-        Self { cells: 1 << 28, pigments: 64, bytes: 16 << 30 }
+        Self { cells: 1 << 28, pigments: 64, bytes: 16 << 30, touched_bytes: u64::MAX }
     }
 }
 
@@ -82,18 +85,39 @@ pub fn read_within(reader: impl Read + Seek, limits: &Limits) -> Result<WashStat
         return Err(StateFileError::TooLarge { quantity: "bytes in memory", found: bytes, most });
     }
 
+    let fields = std::iter::repeat_n(4 * field_values, 5 + 2 * pigments);
+    probe(fields.chain([field_values]))?;
     let mut state = WashState::empty(layout, pigments);
     state.ledger = ledger;
+    let mut room = Room(limits.touched_bytes);
     if of(Key::Height).is_none() {
+        room.take(4 * rows as u64 * columns as u64).map_err(|_| memory(limits))?;
         for y in 0..rows {
             state.height.cells_mut(y).fill(HEIGHT);
         }
     }
     for array in &arrays {
-        array.pour(&mut archive, &mut state)?;
+        array.pour(&mut archive, &mut state, &mut room).map_err(|error| match error {
+            StateFileError::Read(error) if error.kind() == io::ErrorKind::OutOfMemory => memory(limits),
+            other => other,
+        })?;
     }
     state.check()?;
     Ok(state)
+}
+
+fn memory(limits: &Limits) -> StateFileError {
+    StateFileError::Memory { most: limits.touched_bytes }
+}
+
+/// Bytes that may still be written.
+struct Room(u64);
+
+impl Room {
+    fn take(&mut self, bytes: u64) -> io::Result<()> {
+        self.0 = self.0.checked_sub(bytes).ok_or(io::ErrorKind::OutOfMemory)?;
+        Ok(())
+    }
 }
 
 type Archive<R> = ZipArchive<BufReader<R>>;
@@ -384,16 +408,23 @@ impl Array {
         &self,
         archive: &mut Archive<R>,
         state: &mut WashState,
+        room: &mut Room,
     ) -> Result<(), StateFileError> {
         let name = self.key.name();
         let mut file = archive.by_index(self.index).map_err(unpack(name))?;
-        self.pour_file(&mut file, state).map_err(|error| unread(name, error))
+        self.pour_file(&mut file, state, room).map_err(|error| unread(name, error))
     }
 
-    fn pour_file<R: Read>(&self, file: &mut ZipFile<'_, R>, state: &mut WashState) -> io::Result<()> {
+    fn pour_file<R: Read>(
+        &self,
+        file: &mut ZipFile<'_, R>,
+        state: &mut WashState,
+        room: &mut Room,
+    ) -> io::Result<()> {
         io::copy(&mut file.take(self.header.bytes), &mut io::sink())?;
         let layout = state.layout();
-        let pour = Pour {
+        let mut pour = Pour {
+            room,
             fortran_order: self.header.fortran_order,
             shape: self.planes_rows_columns(state.suspended.len(), [layout.height(), layout.width()]),
         };
@@ -441,16 +472,17 @@ impl Value for u8 {
 }
 
 /// Values on their way into fields.
-struct Pour {
+struct Pour<'a> {
+    room: &'a mut Room,
     fortran_order: bool,
     /// Planes, rows, columns.
     shape: [usize; 3],
 }
 
-impl Pour {
+impl Pour<'_> {
     /// `decode` appends the values of a whole number of elements of `size` bytes.
     fn values<T: Value>(
-        &self,
+        &mut self,
         reader: &mut impl Read,
         fields: &mut [Field<T>],
         size: usize,
@@ -466,9 +498,9 @@ impl Pour {
             values.clear();
             decode(&bytes[..count * size], &mut values);
             at = if self.fortran_order {
-                self.scatter(&values, fields, at)
+                self.scatter(&values, fields, at)?
             } else {
-                self.copy(&values, fields, at)
+                self.copy(&values, fields, at)?
             };
             left -= count;
         }
@@ -476,13 +508,19 @@ impl Pour {
     }
 
     /// Columns run fastest. Returns the place after the last value.
-    fn copy<T: Value>(&self, values: &[T], fields: &mut [Field<T>], at: [usize; 3]) -> [usize; 3] {
+    fn copy<T: Value>(
+        &mut self,
+        values: &[T],
+        fields: &mut [Field<T>],
+        at: [usize; 3],
+    ) -> io::Result<[usize; 3]> {
         let [_, rows, columns] = self.shape;
         let [mut plane, mut y, mut x] = at;
         let mut rest = values;
         while !rest.is_empty() {
             let (run, after) = rest.split_at(rest.len().min(columns - x).min(PAGE));
             if !run.iter().fold(true, |blank, value| blank & value.is_blank()) {
+                self.room.take(size_of_val(run) as u64)?;
                 fields[plane].row_mut(Layout::TOP + y)[Layout::LEFT + x..][..run.len()].copy_from_slice(run);
             }
             x += run.len();
@@ -494,15 +532,21 @@ impl Pour {
             }
             rest = after;
         }
-        [plane, y, x]
+        Ok([plane, y, x])
     }
 
     /// Planes run fastest, columns slowest. Returns the place after the last value.
-    fn scatter<T: Value>(&self, values: &[T], fields: &mut [Field<T>], at: [usize; 3]) -> [usize; 3] {
+    fn scatter<T: Value>(
+        &mut self,
+        values: &[T],
+        fields: &mut [Field<T>],
+        at: [usize; 3],
+    ) -> io::Result<[usize; 3]> {
         let [planes, rows, _] = self.shape;
         let [mut plane, mut y, mut x] = at;
         for &value in values {
             if !value.is_blank() {
+                self.room.take(size_of::<T>() as u64)?;
                 fields[plane].row_mut(Layout::TOP + y)[Layout::LEFT + x] = value;
             }
             plane += 1;
@@ -513,6 +557,6 @@ impl Pour {
                 (y, x) = (0, x + 1);
             }
         }
-        [plane, y, x]
+        Ok([plane, y, x])
     }
 }
