@@ -2,14 +2,15 @@
 
 use std::path::{Path, PathBuf};
 
-use girtin::painting::picture::{PictureError, PictureLimits, read_grey, write_grey_png_16, write_png};
+use girtin::grid::memory::probe;
+use girtin::painting::picture::{read_grey, write_grey_png_16, write_png};
 use girtin::paper::{
     HeightSource, Paper, Papers, RakingLight, ScanError, ScanOptions, ScannedSheet, Sheet, raking_light,
 };
 use serde_json::{Value, json};
 
 use crate::arguments::{PictureArgs, ThreadArgs, parse_sides, real_within};
-use crate::failure::{self, Failure};
+use crate::failure::Failure;
 use crate::input;
 use crate::interrupt::Interrupt;
 use crate::output::{OutputArgs, Outputs, print};
@@ -98,6 +99,9 @@ pub fn run(args: &PaperArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         return Err(Failure::usage(format!("a sheet of {columns} × {rows} pixels is too large"))
             .hint(format!("lower `--size-mm` or `--cells-per-mm`: {MOST_PIXELS} pixels at most")));
     }
+    // Heights, luminance, and bytes of what is written.
+    let no_room = |error| Failure::failed(error).hint("lower `--size-mm` or `--cells-per-mm`");
+    probe([13 * (columns * rows) as u64]).map_err(no_room)?;
     let field = source.height_field(columns as usize, rows as usize, args.cells_per_mm, [0.0, 0.0]);
     interrupt.check()?;
     let seed = (kind != Kind::Scan).then(|| ("Seed", args.seed.unwrap_or(0).to_string()));
@@ -198,15 +202,12 @@ fn scan(args: &PaperArgs, file: &Path) -> Result<ScannedSheet, Failure> {
         }
     }
     let name = input::name_of(file);
-    let pixels = read_grey(input::open(file)?, &PictureLimits::default()).map_err(|error| {
-        let kind =
-            if matches!(error, PictureError::Read(_)) { failure::Kind::Failed } else { failure::Kind::Input };
-        Failure::new(kind, format!("{name}: {error}")).hint(error.hint().unwrap_or("try another picture"))
-    })?;
+    let pixels = input::picture(file, read_grey)?;
     let mut options = ScanOptions::new(pixels_per_mm);
     options.dark_is_high = args.dark_is_high;
     options.flatten_mm = args.flatten_mm.unwrap_or(options.flatten_mm);
     ScannedSheet::from_scan(&pixels, &options).map_err(|error| match error {
+        ScanError::NoRoom(_) => Failure::failed(error).hint("reduce the scan first"),
         ScanError::Option { .. } => Failure::usage(error).hint("give a value inside"),
         _ => Failure::input(format!("{name}: {error}")).hint("use a sharp picture lit from the side"),
     })
