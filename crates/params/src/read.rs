@@ -164,7 +164,10 @@ impl<'a> Table<'a> {
     }
 
     fn ask(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
-        self.asked.borrow_mut().push(key.to_owned());
+        let mut asked = self.asked.borrow_mut();
+        if !asked.iter().any(|known| known == key) {
+            asked.push(key.to_owned());
+        }
         self.entries.get(key)
     }
 
@@ -538,6 +541,13 @@ mod tests {
         assert_eq!((problem.line, problem.column), (2, 1));
         assert_eq!(problem.to_string(), "wash.toml:2:1: unknown key `viscosty`");
         assert_eq!(problem.hint.as_deref(), Some("did you mean `viscosity`?"));
+    }
+
+    #[test]
+    fn a_hint_says_every_key_once() {
+        let read = |table: &Table<'_>| Ok((table.has("a"), table.text("a")?, table.text("b")?));
+        let problem = parse("t.toml", "zzzzzz = 1", read).unwrap_err();
+        assert_eq!(problem.hint.as_deref(), Some("known here: a, b"));
     }
 
     #[test]
