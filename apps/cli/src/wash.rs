@@ -51,7 +51,7 @@ pub struct WashArgs {
     pigments: Option<Vec<String>>,
     #[command(flatten)]
     pigment_files: PigmentFiles,
-    /// Cells a millimetre of paper, for a living wash whose state does not say [4]
+    /// Cells a millimetre of paper, for a living wash whose state does not say; 4 if not given
     #[arg(long, value_name = "N", value_parser = real_within(0.5, 64.0))]
     cells_per_mm: Option<f64>,
     /// Where to save the state; `-` is the standard output
@@ -155,7 +155,7 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     interrupt.check()?;
     let pictures = ground.iter().count() as u64 + u64::from(args.image.is_some());
     let cells = (layout.width() * layout.height()) as u64;
-    let bytes = memory::of_wash(wash.state()) + pictures * memory::of_picture(cells);
+    let bytes = memory::of_wash(wash.state(), &model) + pictures * memory::of_picture(cells);
     let plan = plan(args, wash.state(), &model, &pigments, settings_file.as_deref(), bytes);
     if args.dry_run {
         return print(&plan);

@@ -7,20 +7,26 @@ use std::ops::Range;
 
 use girtin_grid::{Field, Layout};
 use girtin_optics::LinearRgb;
-use girtin_wash::WashState;
+use girtin_wash::{WashModel, WashState};
 
 use crate::document::{Document, Event};
 
 /// Values that are there if one of them is: a page of floating-point numbers.
 const PAGE: usize = 1024;
 
-/// Fields of a wash that have values where it is wet: velocities, pressure, saturation; and what the engine keeps
-/// beside them, the blurred mask and its like.
+/// Fields of a wash that have values where it is wet: velocities, pressure, saturation.
 const WET_FIELDS: u64 = 4;
-const ENGINE_FIELDS: u64 = 2;
 
-/// Bytes of a wash that runs, without any picture.
-pub fn of_wash(state: &WashState) -> u64 {
+/// Fields that the engine keeps beside them, as measured on 4000 × 3000 wet cells.
+fn engine_fields(model: &WashModel) -> u64 {
+    match model {
+        WashModel::C97 { .. } => 1,
+        WashModel::Living(_) => 5,
+    }
+}
+
+/// Bytes of a wash that runs, where it is wet now, without any picture.
+pub fn of_wash(state: &WashState, model: &WashModel) -> u64 {
     let layout = state.layout();
     let (mut wet, mut touched, mut height) = (0, 0, 0);
     for y in layout.rows() {
@@ -38,7 +44,7 @@ pub fn of_wash(state: &WashState) -> u64 {
             touched += values * fields.filter(|field| here(field)).count() as u64;
         }
     }
-    4 * (height + touched) + running(wet, state.suspended.len(), layout)
+    4 * (height + touched) + running(wet, state.suspended.len(), model, layout)
 }
 
 fn pages(layout: Layout) -> impl Iterator<Item = Range<usize>> {
@@ -47,12 +53,12 @@ fn pages(layout: Layout) -> impl Iterator<Item = Range<usize>> {
 }
 
 /// Bytes that so many wet cells take while they run, their paper's height apart.
-fn running(wet: u64, pigments: usize, layout: Layout) -> u64 {
+fn running(wet: u64, pigments: usize, model: &WashModel, layout: Layout) -> u64 {
     let own = 1 + 4 * (WET_FIELDS + 2 * pigments as u64);
     // Where the water is a small part of the sheet, it is simulated in a copy, with the height.
     let cells = (layout.width() * layout.height()) as u64;
     let copy = if 2 * wet > cells { 0 } else { own + 4 };
-    wet * (own + copy + 4 * ENGINE_FIELDS)
+    wet * (own + copy + 4 * engine_fields(model))
 }
 
 /// Bytes of a picture in linear light, and of what is written of it.
@@ -88,7 +94,7 @@ pub fn of_document(document: &Document) -> Option<u64> {
             bytes += 4 * cells;
             wet += if matches!(event, Event::Wet { .. }) { cells } else { 0 };
         }
-        bytes += 4 * cells + running(wet.min(cells), glaze.pigments.len(), layout);
+        bytes += 4 * cells + running(wet.min(cells), glaze.pigments.len(), &glaze.model, layout);
     }
     Some(bytes)
 }
@@ -113,17 +119,19 @@ mod tests {
         let height = Raster::new(4056, 1000, 0.5);
         let mut state = WashState::dry(&height, 2);
         let cells = 4056 * 1000;
-        let dry = of_wash(&state);
+        let dry = of_wash(&state, &WashModel::c97());
         assert!(dry >= 4 * cells && dry < 5 * cells, "{dry}");
         for y in 0..1000 {
             state.wet_mask.cells_mut(y).fill(1);
         }
-        let wet = of_wash(&state);
+        let wet = of_wash(&state, &WashModel::c97());
         assert!(wet > (4 * 9 + 1) * cells && wet < 60 * cells, "{wet}");
         // Pigment that was left where it is dry by now counts once.
         let mut left = WashState::dry(&height, 2);
         (0..1000).for_each(|y| left.deposited[1].cells_mut(y).fill(0.5));
-        assert!((8 * cells..9 * cells).contains(&of_wash(&left)), "{}", of_wash(&left));
+        let left = of_wash(&left, &WashModel::c97());
+        assert!((8 * cells..9 * cells).contains(&left), "{left}");
+        assert!(of_wash(&state, &WashModel::living()) > wet);
     }
 
     #[test]
