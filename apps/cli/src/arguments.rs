@@ -1,6 +1,6 @@
 //! Arguments that several verbs share.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::builder::PossibleValue;
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
@@ -10,8 +10,10 @@ use girtin::params::row::Parameters;
 use girtin::params::{Row, Value};
 use girtin::wash::{C97Params, Capillary, LivingParams, WashModel};
 
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::input;
+use crate::output::OutputArgs;
+use crate::progress::TalkArgs;
 
 /// Who wrote a picture.
 pub const SOFTWARE: &str = concat!("girtin ", env!("CARGO_PKG_VERSION"));
@@ -39,13 +41,17 @@ impl PigmentFiles {
     }
 }
 
-/// A name that is not in the library; its kind says whether it stood on the command line or in a file.
-pub fn unknown_pigment(kind: Kind, unknown: &UnknownPigment) -> Failure {
-    let hint = match unknown {
+/// A name on the command line that is not in the library.
+pub fn unknown_pigment(unknown: &UnknownPigment) -> Failure {
+    Failure::usage(unknown).hint(pigment_hint(unknown))
+}
+
+/// What to do about a name that is not in the library.
+pub fn pigment_hint(unknown: &UnknownPigment) -> String {
+    match unknown {
         UnknownPigment::NoSuch { nearest: None, .. } => "`girtin pigments` lists them all".to_owned(),
         _ => unknown.hint(),
-    };
-    Failure::new(kind, unknown).hint(hint)
+    }
 }
 
 /// How many threads work.
@@ -87,6 +93,97 @@ impl PictureArgs {
         }
         PngMeta { pixels_per_mm, text }
     }
+}
+
+/// How pictures are made and where they go: the same for every verb that paints.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct MeansArgs {
+    #[command(flatten)]
+    pub output: OutputArgs,
+    #[command(flatten)]
+    pub picture: PictureArgs,
+    #[command(flatten)]
+    pub threads: ThreadArgs,
+    /// Do nothing if it would take more memory than this, such as 500MB or 2GiB
+    #[arg(long, value_name = "SIZE", value_parser = parse_size)]
+    pub memory: Option<u64>,
+    #[command(flatten)]
+    pub talk: TalkArgs,
+}
+
+impl MeansArgs {
+    /// Refuses what would take more memory than it may; `lower` says what to lower.
+    ///
+    /// # Errors
+    /// It would.
+    pub fn check_memory(&self, estimate: u64, lower: &str) -> Result<(), Failure> {
+        match self.memory {
+            Some(most) if estimate > most => Err(Failure::failed(format!(
+                "about {} of memory are needed, and `--memory` allows {}",
+                megabytes(estimate),
+                megabytes(most)
+            ))
+            .hint(format!("{lower}, or allow more"))),
+            _ => Ok(()),
+        }
+    }
+}
+
+/// Bytes for people.
+pub fn megabytes(bytes: u64) -> String {
+    format!("{} MB", bytes.div_ceil(1_000_000))
+}
+
+/// An amount of memory: `500MB`, `2GiB`, `1.5G`.
+///
+/// # Errors
+/// It is no number with a unit, or none that a machine has.
+pub fn parse_size(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let number: Option<f64> = text[..text.len() - unit.len()].parse().ok();
+    let factor = match unit.trim().to_ascii_lowercase().as_str() {
+        "k" | "kb" => Some(1e3),
+        "m" | "mb" => Some(1e6),
+        "g" | "gb" => Some(1e9),
+        "t" | "tb" => Some(1e12),
+        "kib" => Some(1024.0),
+        "mib" => Some(1_048_576.0),
+        "gib" => Some(1_073_741_824.0),
+        "tib" => Some(1_099_511_627_776.0),
+        _ => None,
+    };
+    let bytes = number.zip(factor).map(|(number, factor)| number * factor);
+    bytes
+        .filter(|bytes| (1.0..=1e18).contains(bytes))
+        .map(|bytes| bytes as u64)
+        .ok_or_else(|| "give a number with its unit such as `500MB` or `2GiB`".to_owned())
+}
+
+/// What a wash is painted on.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ground {
+    /// One color everywhere.
+    Color(LinearRgb),
+    /// A picture of the wash's size.
+    Picture(PathBuf),
+}
+
+/// A color as [`parse_ground`] reads it, or the name of a picture.
+///
+/// # Errors
+/// It is neither.
+pub fn parse_ground_or_picture(text: &str) -> Result<Ground, String> {
+    if let Ok(color) = parse_ground(text) {
+        return Ok(Ground::Color(color));
+    }
+    let path = Path::new(text);
+    // A misspelled color is not a picture that cannot be found.
+    let is_path = text == "-" || path.extension().is_some() || path.components().count() > 1 || path.exists();
+    if is_path && !text.starts_with('#') {
+        return Ok(Ground::Picture(path.to_owned()));
+    }
+    Err("give `white`, `black`, a color such as `#c0392b`, or a picture's file".to_owned())
 }
 
 /// A ground: `white`, `black` or `#rrggbb`.
@@ -295,6 +392,28 @@ mod tests {
         assert_eq!(parse_ground("white"), Ok(LinearRgb::WHITE));
         assert_eq!(parse_ground("#000000"), Ok(LinearRgb::BLACK));
         assert!(parse_ground("whit").is_err());
+    }
+
+    #[test]
+    fn grounds_of_a_wash_may_be_pictures() {
+        let picture = |name: &str| Ok(Ground::Picture(PathBuf::from(name)));
+        assert_eq!(parse_ground_or_picture("black"), Ok(Ground::Color(LinearRgb::BLACK)));
+        for name in ["sheet.png", "scans/sheet", "-"] {
+            assert_eq!(parse_ground_or_picture(name), picture(name));
+        }
+        for bad in ["whit", "#12", "#a.png", ""] {
+            assert!(parse_ground_or_picture(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_have_a_unit() {
+        assert_eq!(parse_size("500MB"), Ok(500_000_000));
+        assert_eq!(parse_size("1.5 GiB"), Ok(3 << 29));
+        assert_eq!(parse_size("2g"), Ok(2_000_000_000));
+        for bad in ["", "500", "MB", "-1GB", "1..5GB", "0GB", "1e99GB", "9999999999999TB", "2 G B"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

@@ -75,7 +75,9 @@ pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Result<(), Failure> {
                 let plural = if threads == 1 { "" } else { "s" };
                 args.talk
                     .say(&format!("girtin: {width} × {height}, {sweeps} sweeps, {threads} thread{plural}"));
-                dense.push(bench.dense(width, height, sweeps, threads)?);
+                let row = bench.dense(width, height, sweeps, threads)?;
+                args.talk.detail(&format!("{:.2} ms a step, {:.2} copies", 1e3 * row.step_s, row.ratio()));
+                dense.push(row);
             }
         }
     }

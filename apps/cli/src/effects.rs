@@ -5,12 +5,11 @@ use std::path::PathBuf;
 use girtin::painting::gallery::EFFECTS;
 use girtin::painting::{Document, Stock};
 
-use crate::arguments::{PictureArgs, ThreadArgs};
+use crate::arguments::MeansArgs;
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Interrupt;
-use crate::output::{OutputArgs, Outputs, make_folder};
-use crate::paint::Job;
-use crate::progress::TalkArgs;
+use crate::output::{MadeFolder, Outputs};
+use crate::paint::{self, Job};
 
 /// Paints the six effects of Curtis et al. 1997, a picture each
 ///
@@ -29,13 +28,7 @@ pub struct EffectsArgs {
     #[command(flatten)]
     gallery: GalleryArgs,
     #[command(flatten)]
-    output: OutputArgs,
-    #[command(flatten)]
-    picture: PictureArgs,
-    #[command(flatten)]
-    threads: ThreadArgs,
-    #[command(flatten)]
-    talk: TalkArgs,
+    means: MeansArgs,
 }
 
 /// How a document that comes with Girtin is changed.
@@ -64,32 +57,36 @@ impl GalleryArgs {
     }
 }
 
+/// What to do about too little memory.
+pub const GALLERY_MEMORY: &str = "lower `--size`";
+
 /// Runs the verb.
 ///
 /// # Errors
 /// A picture exists or cannot be written.
 pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
-    args.threads.install()?;
-    make_folder(&args.folder)?;
-    let mut outputs = Outputs::new(args.output, []);
+    args.means.threads.install()?;
+    let _folder = MadeFolder::new(&args.folder)?;
+    let mut outputs = Outputs::new(args.means.output, []);
     let stock = Stock::builtin();
     let mut tasks = Vec::new();
     for example in EFFECTS {
         let document = args.gallery.document(example.name, example.text, &stock)?;
+        paint::check_memory(args.means, &document, GALLERY_MEMORY)?;
         if let Some(target) = outputs.claim(&args.folder.join(format!("{}.png", example.name)), "png")? {
             tasks.push((example, document, target));
         }
     }
     let (count, mut failed) = (tasks.len(), 0);
     for (example, document, target) in tasks {
-        args.talk.say(&format!("girtin: {}", example.name));
+        args.means.talk.say(&format!("girtin: {}", example.name));
         let job = Job {
             stock: &stock,
             document: &document,
+            name: example.name,
             text: example.text,
             folder: None,
-            picture: args.picture,
-            talk: args.talk,
+            means: args.means,
             interrupt,
         };
         match job.deliver(&target) {

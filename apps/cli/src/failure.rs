@@ -63,13 +63,6 @@ impl Failure {
         self
     }
 
-    /// The same, said of a file.
-    #[must_use]
-    pub fn within(mut self, name: &str) -> Self {
-        self.cause = format!("{name}: {}", self.cause);
-        self
-    }
-
     /// The standard output cannot be written.
     pub fn stdout(error: &io::Error) -> Self {
         if error.kind() == io::ErrorKind::BrokenPipe {

@@ -4,7 +4,9 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use crate::failure::{Failure, plain};
+use girtin::painting::picture::{PictureError, PictureLimits};
+
+use crate::failure::{Failure, Kind, plain};
 
 /// What can be read in any order.
 pub trait Source: Read + Seek {}
@@ -60,6 +62,22 @@ pub fn read_text(path: &Path) -> Result<String, Failure> {
             error.utf8_error().valid_up_to()
         ))
         .hint("save it as UTF-8")
+    })
+}
+
+/// A picture, through one of the library's readers.
+///
+/// # Errors
+/// There is no such file, it is no picture or too large.
+pub fn picture<T>(
+    path: &Path,
+    read: impl FnOnce(Box<dyn Source>, &PictureLimits) -> Result<T, PictureError>,
+) -> Result<T, Failure> {
+    read(open(path)?, &PictureLimits::default()).map_err(|error| {
+        let is_outside = matches!(error, PictureError::Read(_) | PictureError::NoRoom(_));
+        let kind = if is_outside { Kind::Failed } else { Kind::Input };
+        let hint = error.hint().unwrap_or("try another picture");
+        Failure::new(kind, format!("{}: {error}", name_of(path))).hint(hint)
     })
 }
 

@@ -5,7 +5,7 @@ use girtin::optics::{LinearRgb, glaze};
 use serde_json::json;
 
 use crate::arguments::{PigmentFiles, parse_ground, unknown_pigment};
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::output::print;
 
 /// Tells the color of a mixture of pigments, and of glazes over it
@@ -97,7 +97,7 @@ pub fn run(args: &MixArgs) -> Result<(), Failure> {
             .iter()
             .map(|part| Ok((&library.get(&part.name)?.coefficients, part.amount)))
             .collect::<Result<_, _>>()
-            .map_err(|unknown| unknown_pigment(Kind::Usage, &unknown))?;
+            .map_err(|unknown| unknown_pigment(&unknown))?;
         seen = glaze(parts, seen);
     }
     let srgb = seen.to_srgb();

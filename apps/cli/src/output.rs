@@ -135,15 +135,30 @@ impl Outputs {
     }
 }
 
-/// Makes the folder that outputs go into, if it is not there.
-///
-/// # Errors
-/// The folder it is to lie in is missing or read-only.
-pub fn make_folder(path: &Path) -> Result<(), Failure> {
-    match fs::create_dir(path) {
-        Ok(()) => Ok(()),
-        Err(error) if error.kind() == io::ErrorKind::AlreadyExists && path.is_dir() => Ok(()),
-        Err(error) => Err(cannot_write(&path.display().to_string(), &error)),
+/// The folder that outputs go into. If it was made for them and none came, it goes again.
+#[derive(Debug)]
+pub struct MadeFolder(Option<PathBuf>);
+
+impl MadeFolder {
+    /// Makes the folder, if it is not there.
+    ///
+    /// # Errors
+    /// The folder it is to lie in is missing or read-only.
+    pub fn new(path: &Path) -> Result<Self, Failure> {
+        match fs::create_dir(path) {
+            Ok(()) => Ok(Self(Some(path.to_owned()))),
+            Err(error) if error.kind() == io::ErrorKind::AlreadyExists && path.is_dir() => Ok(Self(None)),
+            Err(error) => Err(cannot_write(&path.display().to_string(), &error)),
+        }
+    }
+}
+
+impl Drop for MadeFolder {
+    fn drop(&mut self) {
+        if let Some(path) = &self.0 {
+            // Only an empty one can be removed so.
+            let _ = fs::remove_dir(path);
+        }
     }
 }
 

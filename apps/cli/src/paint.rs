@@ -2,18 +2,20 @@
 
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use girtin::grid::random::fold;
-use girtin::painting::picture::write_png;
-use girtin::painting::{Document, PaintConfig, PaintError, ResolveError, Stock, composite};
+use girtin::painting::map_file::MapError;
+use girtin::painting::picture::{PictureError, write_png};
+use girtin::painting::{Document, PaintConfig, PaintError, ResolveError, Stock, composite, memory};
 use girtin::paper::Paper;
+use girtin::params::Place;
 
-use crate::arguments::{PictureArgs, PigmentFiles, ThreadArgs, real_within};
-use crate::failure::Failure;
+use crate::arguments::{MeansArgs, PigmentFiles, megabytes, real_within};
+use crate::failure::{Failure, plain};
 use crate::input;
 use crate::interrupt::Interrupt;
-use crate::output::{OutputArgs, Outputs, Staged, Target, print};
-use crate::progress::TalkArgs;
+use crate::output::{Outputs, Staged, Target, print};
 use crate::wash;
 
 /// Paints a document of glazes
@@ -48,13 +50,7 @@ pub struct PaintArgs {
     #[arg(long)]
     dry_run: bool,
     #[command(flatten)]
-    output: OutputArgs,
-    #[command(flatten)]
-    picture: PictureArgs,
-    #[command(flatten)]
-    threads: ThreadArgs,
-    #[command(flatten)]
-    talk: TalkArgs,
+    means: MeansArgs,
 }
 
 /// Runs the verb.
@@ -62,29 +58,31 @@ pub struct PaintArgs {
 /// # Errors
 /// The document or a map of it is bad, or the picture cannot be written.
 pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
-    args.threads.install()?;
+    args.means.threads.install()?;
     let mut stock = Stock { pigments: args.pigment_files.library()?, ..Stock::builtin() };
     for path in &args.paper_files {
         stock.papers.insert(Paper::from_toml(&path.display().to_string(), &input::read_text(path)?)?);
     }
     let text = input::read_text(&args.document)?;
-    let mut document = Document::from_toml(&args.document.display().to_string(), &text, &stock)?;
+    let name = args.document.display().to_string();
+    let mut document = Document::from_toml(&name, &text, &stock)?;
     document.sheet.pixels_per_mm *= args.scale;
     document.sheet.seed = args.seed.unwrap_or(document.sheet.seed);
     let inputs = [&args.document].into_iter().chain(&args.pigment_files.files).chain(&args.paper_files);
-    let mut outputs = Outputs::new(args.output, inputs.map(PathBuf::as_path));
+    let mut outputs = Outputs::new(args.means.output, inputs.map(PathBuf::as_path));
     let Some(target) = outputs.claim(&args.out, "png")? else { return Ok(()) };
     document.cells().map_err(|error| Failure::input(&error).hint(TOO_LARGE))?;
     if args.dry_run {
         return print(&plan(&document));
     }
+    check_memory(args.means, &document, TOO_LARGE)?;
     let job = Job {
         stock: &stock,
         document: &document,
+        name: &name,
         text: &text,
         folder: args.document.parent(),
-        picture: args.picture,
-        talk: args.talk,
+        means: args.means,
         interrupt,
     };
     job.deliver(&target)
@@ -95,12 +93,9 @@ fn plan(document: &Document) -> String {
     let [width, height] = document.picture_size();
     let cells = width * height * f64::from(document.sheet.cells_per_pixel).powi(2);
     let names: Vec<&str> = document.glazes.iter().map(|glaze| glaze.name.as_str()).collect();
-    // Six fields and the mask, two for each pigment, and the picture; each glaze is kept.
-    let glaze = |pigments: usize| 4.0 * (6 + 2 * pigments) as f64 + 1.0;
-    let bytes: f64 = document.glazes.iter().map(|each| glaze(each.pigments.len())).sum::<f64>() + 52.0;
     format!(
         "picture: {width} × {height} pixels\nsheet: {} × {} mm of {}, seed {}\nglazes: {} ({})\nwork: {} steps on \
-         {cells} cells at most\nmemory: about {:.0} MB at most\n",
+         {cells} cells at most, {} threads\nmemory: about {}\n",
         document.sheet.size_mm[0],
         document.sheet.size_mm[1],
         document.sheet.paper,
@@ -108,8 +103,17 @@ fn plan(document: &Document) -> String {
         names.len(),
         names.join(", "),
         document.steps(),
-        bytes * cells / 1e6,
+        rayon::current_num_threads(),
+        megabytes(memory::of_document(document).unwrap_or(u64::MAX)),
     )
+}
+
+/// Refuses a document that takes more memory than it may; `lower` says what to lower.
+///
+/// # Errors
+/// It does.
+pub fn check_memory(means: MeansArgs, document: &Document, lower: &str) -> Result<(), Failure> {
+    means.check_memory(memory::of_document(document).unwrap_or(u64::MAX), lower)
 }
 
 /// A document to be painted.
@@ -118,14 +122,14 @@ pub struct Job<'a> {
     pub stock: &'a Stock,
     /// The document.
     pub document: &'a Document,
+    /// Its file's name, for messages.
+    pub name: &'a str,
     /// Its text, of which the picture tells a fingerprint.
     pub text: &'a str,
     /// Where its maps are; without a folder there are none.
     pub folder: Option<&'a Path>,
-    /// What the picture says of itself.
-    pub picture: PictureArgs,
-    /// What is said meanwhile.
-    pub talk: TalkArgs,
+    /// How it is painted and written.
+    pub means: MeansArgs,
     /// Ctrl-C.
     pub interrupt: &'a Interrupt,
 }
@@ -146,7 +150,9 @@ impl Job<'_> {
     /// # Errors
     /// The document cannot be painted, or its picture not be written.
     fn paint(&self, target: &Target) -> Result<Staged, Failure> {
-        let progress = self.talk.start(self.document.steps(), "steps");
+        self.means.talk.detail(&plan(self.document));
+        let start = Instant::now();
+        let progress = self.means.talk.start(self.document.steps(), "steps");
         let tell = |done, _| progress.at(done);
         let config = PaintConfig {
             cancel: Some(self.interrupt.flag()),
@@ -165,25 +171,44 @@ impl Job<'_> {
         progress.end();
         let painted = painted.map_err(|error| self.failed(&error))?;
         self.interrupt.check()?;
+        let (seconds, start) = (start.elapsed().as_secs_f64(), Instant::now());
         let picture = composite::encode(&painted.picture);
         let seed = self.document.sheet.seed.to_string();
         let words = [("Seed", seed), ("Document", format!("{:016x}", fingerprint(self.text)))];
-        let meta = self.picture.meta(Some(painted.pixels_per_mm), &words);
-        target.stage(|writer| Ok(write_png(writer, &picture, &meta)?))
+        let meta = self.means.picture.meta(Some(painted.pixels_per_mm), &words);
+        let staged = target.stage(|writer| Ok(write_png(writer, &picture, &meta)?))?;
+        self.means.talk.detail(&format!(
+            "painted in {seconds:.2} s; encoded and written in {:.2} s",
+            start.elapsed().as_secs_f64()
+        ));
+        Ok(staged)
     }
 
     fn failed(&self, error: &PaintError) -> Failure {
         match error {
             PaintError::Run { source, .. } => wash::stopped(source, error, self.interrupt),
             PaintError::Resolve(ResolveError::TooLarge { .. }) => Failure::input(error).hint(TOO_LARGE),
-            PaintError::Resolve(ResolveError::Open { .. }) => {
-                Failure::input(error).hint("maps lie in the document's folder")
+            PaintError::Resolve(
+                ResolveError::NoRoom(_)
+                | ResolveError::Map {
+                    source: MapError::NoRoom(_) | MapError::Picture(PictureError::NoRoom(_)),
+                    ..
+                },
+            ) => Failure::failed(error).hint(TOO_LARGE),
+            PaintError::Resolve(ResolveError::Open { file, place, source }) => {
+                let said = format!("cannot read map `{file}`: {}", plain(source));
+                self.said_at(place, &said, "maps lie in the document's folder")
             }
-            PaintError::Resolve(ResolveError::Map { source, .. }) => {
-                Failure::input(error).hint(source.hint().unwrap_or("save the map again"))
+            PaintError::Resolve(ResolveError::Map { place, source, .. }) => {
+                self.said_at(place, &error.to_string(), source.hint().unwrap_or("save the map again"))
             }
             _ => Failure::input(error).hint("mend the document"),
         }
+    }
+
+    /// What is wrong with something that the document names.
+    fn said_at(&self, place: &Place, message: &str, hint: &str) -> Failure {
+        place.problem(self.name, self.text, message, hint).into()
     }
 }
 

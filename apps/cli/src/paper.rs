@@ -2,22 +2,23 @@
 
 use std::path::{Path, PathBuf};
 
-use girtin::painting::picture::{PictureError, PictureLimits, read_grey, write_grey_png_16, write_png};
+use girtin::grid::memory::probe;
+use girtin::painting::picture::{read_grey, write_grey_png_16, write_png};
 use girtin::paper::{
     HeightSource, Paper, Papers, RakingLight, ScanError, ScanOptions, ScannedSheet, Sheet, raking_light,
 };
 use serde_json::{Value, json};
 
 use crate::arguments::{PictureArgs, ThreadArgs, parse_sides, real_within};
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::input;
 use crate::interrupt::Interrupt;
 use crate::output::{OutputArgs, Outputs, print};
 
 /// Shows a sheet of paper under raking light
 ///
-/// NAME is a paper that comes with Girtin, a recipe in a .toml file, or a scan of real paper (.png, .jpg, .tif, with
-/// --pixels-per-mm).
+/// NAME is a paper that comes with Girtin, a recipe in a .toml file, or a scan of real paper: a PNG, JPEG or TIFF,
+/// with --pixels-per-mm to say how large it is.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
@@ -44,16 +45,16 @@ pub struct PaperArgs {
     /// Cells, and so pixels, to a millimetre
     #[arg(long, value_name = "N", default_value = "8", value_parser = real_within(0.1, 200.0))]
     cells_per_mm: f64,
-    /// Which sheet of the paper
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u64,
+    /// Which sheet of the paper; 0 if not given
+    #[arg(long, value_name = "N")]
+    seed: Option<u64>,
     /// Make the sheet a tile that continues itself, mm
     #[arg(long, value_name = "WxH", value_parser = parse_sides)]
     tile_mm: Option<[f64; 2]>,
     /// Write the heights too, PNG of 16 bits
     #[arg(long, value_name = "FILE")]
     height: Option<PathBuf>,
-    /// Pixels of the scan to a millimetre of paper
+    /// Pixels of the scan to a millimetre of paper: 11.8 for 300 dpi. Every scan needs it
     #[arg(long, value_name = "N", help_heading = SCAN, value_parser = real_within(0.01, 1000.0))]
     pixels_per_mm: Option<f64>,
     /// Changes of light over more than this are the lamp's, mm
@@ -86,11 +87,11 @@ pub fn run(args: &PaperArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let (Some(name), Some(out)) = (&args.name, &args.out) else { return list(args) };
     args.threads.install()?;
     let file = Path::new(name);
-    let is_file = name == "-" || has_extension(file, &["toml", "png", "jpg", "jpeg", "tif", "tiff"]);
-    let mut outputs = Outputs::new(args.output, is_file.then_some(file));
+    let kind = Kind::of(args, name);
+    let mut outputs = Outputs::new(args.output, (kind != Kind::Known).then_some(file));
     let relief = outputs.claim(out, "png")?;
     let height = args.height.as_ref().map(|path| outputs.claim(path, "png")).transpose()?.flatten();
-    let (source, own_size_mm, depth_mm) = source(args, name)?;
+    let (source, own_size_mm, depth_mm) = source(args, name, kind)?;
 
     let size_mm = args.size_mm.or(own_size_mm).unwrap_or(SIZE_MM);
     let [columns, rows] = size_mm.map(|mm| (mm * args.cells_per_mm).round().max(1.0));
@@ -98,9 +99,13 @@ pub fn run(args: &PaperArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         return Err(Failure::usage(format!("a sheet of {columns} × {rows} pixels is too large"))
             .hint(format!("lower `--size-mm` or `--cells-per-mm`: {MOST_PIXELS} pixels at most")));
     }
+    // Heights, luminance, and bytes of what is written.
+    let no_room = |error| Failure::failed(error).hint("lower `--size-mm` or `--cells-per-mm`");
+    probe([13 * (columns * rows) as u64]).map_err(no_room)?;
     let field = source.height_field(columns as usize, rows as usize, args.cells_per_mm, [0.0, 0.0]);
     interrupt.check()?;
-    let meta = args.picture.meta(Some(args.cells_per_mm), &[("Seed", args.seed.to_string())]);
+    let seed = (kind != Kind::Scan).then(|| ("Seed", args.seed.unwrap_or(0).to_string()));
+    let meta = args.picture.meta(Some(args.cells_per_mm), seed.as_slice());
     let mut staged = Vec::new();
     if let Some(target) = relief {
         let light = RakingLight { depth_mm, ..RakingLight::default() };
@@ -121,55 +126,88 @@ fn has_extension(file: &Path, known: &[&str]) -> bool {
     known.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
+/// What the name of a paper names.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// A paper that comes with Girtin.
+    Known,
+    /// A file that says how to make a paper.
+    Recipe,
+    /// A picture of paper.
+    Scan,
+}
+
+impl Kind {
+    fn of(args: &PaperArgs, name: &str) -> Self {
+        let file = Path::new(name);
+        // A picture of any name is a scan if its resolution is given; but a paper does not become one by that.
+        let is_picture = || args.pixels_per_mm.is_some() && file.exists() && !file.is_dir();
+        match file {
+            _ if has_extension(file, &["toml"]) => Self::Recipe,
+            _ if name == "-" || has_extension(file, &["png", "jpg", "jpeg", "tif", "tiff"]) => Self::Scan,
+            _ if is_picture() => Self::Scan,
+            _ => Self::Known,
+        }
+    }
+}
+
 type Source = (Box<dyn HeightSource>, Option<[f64; 2]>, f64);
 
 /// The sheet, its own size if it has one, and the depth of its relief, mm.
-fn source(args: &PaperArgs, name: &str) -> Result<Source, Failure> {
+fn source(args: &PaperArgs, name: &str, kind: Kind) -> Result<Source, Failure> {
     let file = Path::new(name);
-    if args.pixels_per_mm.is_some() || has_extension(file, &["png", "jpg", "jpeg", "tif", "tiff"]) {
+    if kind == Kind::Scan {
         let sheet = scan(args, file)?;
         let size_mm = sheet.size_mm();
         return Ok((Box::new(sheet), Some(size_mm), RakingLight::default().depth_mm));
     }
-    for (flag, is_given) in
-        [("--flatten-mm", args.flatten_mm.is_some()), ("--dark-is-high", args.dark_is_high)]
-    {
+    // Before the flags: with a slip of the finger in the name, that is what to mend first.
+    let papers = Papers::builtin();
+    let known = match kind {
+        Kind::Recipe => None,
+        _ => Some(papers.get(name).map_err(|unknown| Failure::usage(&unknown).hint(&unknown.hint))?),
+    };
+    for (flag, is_given, instead) in [
+        ("--pixels-per-mm", args.pixels_per_mm.is_some(), "`--cells-per-mm` is how finely a paper is drawn"),
+        ("--flatten-mm", args.flatten_mm.is_some(), "leave it out, or give a picture and `--pixels-per-mm`"),
+        ("--dark-is-high", args.dark_is_high, "leave it out, or give a picture and `--pixels-per-mm`"),
+    ] {
         if is_given {
-            return Err(Failure::usage(format!("`{flag}` is for scans, and `{name}` is none"))
-                .hint("leave it out, or give a picture and `--pixels-per-mm`"));
+            return Err(Failure::usage(format!("`{flag}` is for scans, and `{name}` is none")).hint(instead));
         }
     }
-    let paper = if has_extension(file, &["toml"]) {
-        Paper::from_toml(&file.display().to_string(), &input::read_text(file)?)?
-    } else {
-        let papers = Papers::builtin();
-        papers.get(name).map_err(|unknown| Failure::usage(&unknown).hint(&unknown.hint))?.clone()
+    let paper = match known {
+        Some(paper) => paper.clone(),
+        None => Paper::from_toml(&file.display().to_string(), &input::read_text(file)?)?,
     };
+    let seed = args.seed.unwrap_or(0);
     let sheet = match args.tile_mm {
-        Some(tile_mm) => Sheet::tiled(&paper, args.seed, tile_mm),
-        None => Sheet::new(&paper, args.seed),
+        Some(tile_mm) => Sheet::tiled(&paper, seed, tile_mm),
+        None => Sheet::new(&paper, seed),
     };
     Ok((Box::new(sheet), args.tile_mm, paper.surface.depth_mm))
 }
 
 fn scan(args: &PaperArgs, file: &Path) -> Result<ScannedSheet, Failure> {
     let Some(pixels_per_mm) = args.pixels_per_mm else {
-        return Err(Failure::usage(format!("`{}` is a scan of unknown size", file.display()))
+        return Err(Failure::usage(format!("{} is a scan of unknown size", input::name_of(file)))
             .hint("add `--pixels-per-mm`; 300 dpi is 11.8"));
     };
-    if args.tile_mm.is_some() {
-        return Err(Failure::usage("`--tile-mm` is for papers, not for scans")
-            .hint("a scan goes on mirrored beyond its border"));
+    for (flag, is_given, why) in [
+        ("--tile-mm", args.tile_mm.is_some(), "a scan goes on mirrored beyond its border"),
+        ("--seed", args.seed.is_some(), "a scan is one sheet; leave it out"),
+    ] {
+        if is_given {
+            return Err(Failure::usage(format!("`{flag}` is for papers, not for scans")).hint(why));
+        }
     }
     let name = input::name_of(file);
-    let pixels = read_grey(input::open(file)?, &PictureLimits::default()).map_err(|error| {
-        let kind = if matches!(error, PictureError::Read(_)) { Kind::Failed } else { Kind::Input };
-        Failure::new(kind, format!("{name}: {error}")).hint(error.hint().unwrap_or("try another picture"))
-    })?;
+    let pixels = input::picture(file, read_grey)?;
     let mut options = ScanOptions::new(pixels_per_mm);
     options.dark_is_high = args.dark_is_high;
     options.flatten_mm = args.flatten_mm.unwrap_or(options.flatten_mm);
     ScannedSheet::from_scan(&pixels, &options).map_err(|error| match error {
+        ScanError::NoRoom(_) => Failure::failed(error).hint("reduce the scan first"),
         ScanError::Option { .. } => Failure::usage(error).hint("give a value inside"),
         _ => Failure::input(format!("{name}: {error}")).hint("use a sharp picture lit from the side"),
     })

@@ -9,7 +9,7 @@ use girtin::painting::picture::write_png;
 use serde_json::{Value, json};
 
 use crate::arguments::{PictureArgs, PigmentFiles, unknown_pigment};
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::interrupt::Interrupt;
 use crate::output::{OutputArgs, Outputs, print};
 
@@ -52,7 +52,7 @@ pub fn run(args: &PigmentsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         library.iter().collect()
     } else {
         let found = args.names.iter().map(|name| library.get(name));
-        found.collect::<Result<_, _>>().map_err(|unknown| unknown_pigment(Kind::Usage, &unknown))?
+        found.collect::<Result<_, _>>().map_err(|unknown| unknown_pigment(&unknown))?
     };
     if let Some(path) = &args.swatch {
         let mut outputs = Outputs::new(args.output, args.pigment_files.files.iter().map(PathBuf::as_path));

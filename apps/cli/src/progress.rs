@@ -25,6 +25,9 @@ pub struct TalkArgs {
     /// Say nothing but errors
     #[arg(short, long)]
     pub quiet: bool,
+    /// Say more: what is done, with what, and how long it takes
+    #[arg(short, long, conflicts_with = "quiet")]
+    pub verbose: bool,
     /// How to tell how far the work is
     #[arg(long, value_enum, value_name = "HOW", default_value = "auto")]
     progress: Manner,
@@ -59,6 +62,13 @@ impl TalkArgs {
                 Progress::Bar(bar)
             }
             _ => Progress::Silent,
+        }
+    }
+
+    /// Says something to people who want to know more, line by line.
+    pub fn detail(self, text: &str) {
+        if self.verbose {
+            text.lines().for_each(|line| self.say(&format!("girtin: {line}")));
         }
     }
 

@@ -8,7 +8,7 @@ use clap_mangen::Man;
 
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::output::{OutputArgs, Outputs, make_folder, print};
+use crate::output::{MadeFolder, OutputArgs, Outputs, print};
 
 /// Prints completions for a shell
 #[derive(Debug, clap::Args)]
@@ -58,12 +58,15 @@ pub fn completions(args: &CompletionsArgs, command: &mut Command) -> Result<(), 
 pub fn man(args: &ManArgs, mut command: Command, interrupt: &Interrupt) -> Result<(), Failure> {
     command = command.disable_help_subcommand(true);
     command.build();
-    make_folder(&args.folder)?;
+    let _folder = MadeFolder::new(&args.folder)?;
     let mut outputs = Outputs::new(args.output, []);
     let mut pages = Vec::new();
     let mut rest = vec![command];
-    while let Some(command) = rest.pop() {
+    while let Some(mut command) = rest.pop() {
         rest.extend(command.get_subcommands().filter(|verb| !verb.is_hide_set()).cloned());
+        // The page's own synopsis would list every option, and in no order that help has.
+        let usage = command.render_usage().to_string();
+        let command = command.override_usage(usage.trim_start_matches("Usage: ").to_owned());
         let man = Man::new(command).source(crate::arguments::SOFTWARE).manual("Girtin");
         let target = outputs.claim(&args.folder.join(man.get_filename()), "1")?;
         pages.extend(target.map(|target| (man, target)));

@@ -5,13 +5,12 @@ use std::path::PathBuf;
 use girtin::painting::Stock;
 use girtin::painting::gallery::SWATCHES;
 
-use crate::arguments::{PictureArgs, ThreadArgs};
-use crate::effects::GalleryArgs;
+use crate::arguments::MeansArgs;
+use crate::effects::{GALLERY_MEMORY, GalleryArgs};
 use crate::failure::Failure;
 use crate::interrupt::Interrupt;
-use crate::output::{OutputArgs, Outputs};
-use crate::paint::Job;
-use crate::progress::TalkArgs;
+use crate::output::Outputs;
+use crate::paint::{self, Job};
 
 /// Paints the twelve swatches of Curtis et al. 1997, figure 5
 ///
@@ -30,13 +29,7 @@ pub struct SwatchesArgs {
     #[command(flatten)]
     gallery: GalleryArgs,
     #[command(flatten)]
-    output: OutputArgs,
-    #[command(flatten)]
-    picture: PictureArgs,
-    #[command(flatten)]
-    threads: ThreadArgs,
-    #[command(flatten)]
-    talk: TalkArgs,
+    means: MeansArgs,
 }
 
 /// Runs the verb.
@@ -44,17 +37,18 @@ pub struct SwatchesArgs {
 /// # Errors
 /// The picture exists or cannot be written.
 pub fn run(args: &SwatchesArgs, interrupt: &Interrupt) -> Result<(), Failure> {
-    args.threads.install()?;
+    args.means.threads.install()?;
     let stock = Stock::builtin();
     let document = args.gallery.document(SWATCHES.name, SWATCHES.text, &stock)?;
-    let Some(target) = Outputs::new(args.output, []).claim(&args.out, "png")? else { return Ok(()) };
+    let Some(target) = Outputs::new(args.means.output, []).claim(&args.out, "png")? else { return Ok(()) };
+    paint::check_memory(args.means, &document, GALLERY_MEMORY)?;
     let job = Job {
         stock: &stock,
         document: &document,
+        name: SWATCHES.name,
         text: SWATCHES.text,
         folder: None,
-        picture: args.picture,
-        talk: args.talk,
+        means: args.means,
         interrupt,
     };
     job.deliver(&target)

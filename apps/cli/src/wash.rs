@@ -4,22 +4,25 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use girtin::grid::memory::probe;
 use girtin::grid::{Layout, Raster};
 use girtin::optics::{Coefficients, LinearRgb, Pigment};
-use girtin::painting::picture::write_png;
-use girtin::painting::state_file::{self, StateFileError};
-use girtin::painting::{WashSettings, composite, handling_of};
+use girtin::painting::picture::{read_color, write_png};
+use girtin::painting::state_file::{self, Limits, StateFileError};
+use girtin::painting::{WashSettings, composite, handling_of, memory};
+use girtin::params::Place;
 use girtin::wash::{Ledger, RunConfig, RunError, RunReport, StateError, Wash, WashModel, WashState};
 use serde_json::json;
 
 use crate::arguments::{
-    ModelArgs, PictureArgs, PigmentFiles, ThreadArgs, parse_ground, real_within, unknown_pigment,
+    Ground, MeansArgs, ModelArgs, PigmentFiles, megabytes, parse_ground_or_picture, pigment_hint,
+    real_within, unknown_pigment,
 };
 use crate::failure::{Failure, Kind};
 use crate::input;
 use crate::interrupt::Interrupt;
-use crate::output::{OutputArgs, Outputs, Staged, Target, print};
-use crate::progress::{Progress, TalkArgs};
+use crate::output::{Outputs, Staged, Target, print};
+use crate::progress::Progress;
 
 /// Runs one wash from a state file
 ///
@@ -48,7 +51,7 @@ pub struct WashArgs {
     pigments: Option<Vec<String>>,
     #[command(flatten)]
     pigment_files: PigmentFiles,
-    /// Cells a millimetre of paper, for a living wash whose state does not say [4]
+    /// Cells a millimetre of paper, for a living wash whose state does not say; 4 if not given
     #[arg(long, value_name = "N", value_parser = real_within(0.5, 64.0))]
     cells_per_mm: Option<f64>,
     /// Where to save the state; `-` is the standard output
@@ -61,23 +64,18 @@ pub struct WashArgs {
     #[arg(long, value_name = "N", requires = "image", help_heading = OUTPUT,
           value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
-    /// What the picture is painted on: white, black or #rrggbb
-    #[arg(long, value_name = "COLOR", default_value = "white", value_parser = parse_ground, help_heading = OUTPUT)]
-    over: LinearRgb,
+    /// What the picture is painted on: white, black, #rrggbb or a picture of the wash's size
+    #[arg(long, value_name = "COLOR|FILE", default_value = "white", value_parser = parse_ground_or_picture,
+          help_heading = OUTPUT)]
+    over: Ground,
     /// Print what was done as JSON; on the standard error if the standard output is taken
     #[arg(long, help_heading = OUTPUT)]
     json: bool,
-    #[command(flatten)]
-    output: OutputArgs,
-    #[command(flatten)]
-    picture: PictureArgs,
     /// Read and check everything, say what would be done, and do nothing
     #[arg(long)]
     dry_run: bool,
     #[command(flatten)]
-    threads: ThreadArgs,
-    #[command(flatten)]
-    talk: TalkArgs,
+    means: MeansArgs,
     #[command(flatten)]
     model: ModelArgs,
 }
@@ -104,27 +102,20 @@ const LIVING_NS: f64 = 15.0;
 /// # Errors
 /// As the contract of the command line says.
 pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
-    args.threads.install()?;
+    args.means.threads.install()?;
     let frames = Frames::new(args)?;
     let settings_file = args.params.clone().or_else(|| found_settings(&args.state));
-    let mut state = read_state(&args.state)?;
-    let name = input::name_of(&args.state);
-    let default = args.model.default_model(match state.ledger {
-        Some(_) => WashModel::living(),
-        None => WashModel::c97(),
-    });
-    let settings = match &settings_file {
-        Some(path) => {
-            WashSettings::from_toml(&path.display().to_string(), &input::read_text(path)?, default)?
-        }
-        None => WashSettings { model: default, pigments: Vec::new() },
+    let ground_file = match &args.over {
+        Ground::Picture(path) => Some(path),
+        Ground::Color(_) => None,
     };
-    let model = args.model.over(settings.model)?;
-    set_scale(&mut state, args, &model, &name)?;
-    let pigments = pigments(args, &settings, settings_file.as_deref())?;
-
+    let stdin = Path::new("-");
+    if args.state == stdin && ground_file.is_some_and(|path| path == stdin) {
+        return Err(Failure::usage("two inputs are `-`").hint("read one of them from a file"));
+    }
     let inputs = [&args.state].into_iter().chain(&settings_file).chain(&args.pigment_files.files);
-    let mut outputs = Outputs::new(args.output, inputs.map(PathBuf::as_path));
+    let inputs = inputs.chain(ground_file);
+    let mut outputs = Outputs::new(args.means.output, inputs.map(PathBuf::as_path));
     let mut claim =
         |path: &Option<PathBuf>, format| path.as_ref().map(|path| outputs.claim(path, format)).transpose();
     let save = claim(&args.save, "npz")?;
@@ -135,22 +126,47 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let (save, image) = (save.flatten(), image.flatten());
     let frames = frames.map(|frames| frames.claim(&mut outputs, interrupt)).transpose()?;
     if wanted > 0 && left == wanted && frames.is_none() {
-        args.talk.say("girtin: every output exists; nothing to do");
+        args.means.talk.say("girtin: every output exists; nothing to do");
         return Ok(());
     }
     if [&save, &image].into_iter().flatten().filter(|target| target.is_stdout()).count() > 1 {
         return Err(Failure::usage("two outputs are `-`").hint("write one of them to a file"));
     }
 
+    let start = Instant::now();
+    let mut state = read_state(args)?;
+    let layout = state.layout();
+    let ground = ground(&args.over, layout, args.image.is_some())?;
+    args.means.talk.detail(&format!("read in {:.2} s", start.elapsed().as_secs_f64()));
+    let name = input::name_of(&args.state);
+    let default = args.model.default_model(match state.ledger {
+        Some(_) => WashModel::living(),
+        None => WashModel::c97(),
+    });
+    let settings_text = settings_file.as_deref().map(input::read_text).transpose()?.unwrap_or_default();
+    let origin = settings_file.as_deref().map_or_else(String::new, |path| path.display().to_string());
+    let settings = WashSettings::from_toml(&origin, &settings_text, default)?;
+    let model = args.model.over(settings.model)?;
+    set_scale(&mut state, args, &model, &name)?;
+    let pigments = pigments(args, &settings, &origin, &settings_text)?;
+
     let handlings = pigments.iter().map(handling_of).collect();
     let wash = Wash::new(state, model, handlings).map_err(|error| refused(&name, &error, &pigments, args))?;
     interrupt.check()?;
+    let pictures = ground.iter().count() as u64 + u64::from(args.image.is_some());
+    let cells = (layout.width() * layout.height()) as u64;
+    let bytes = memory::of_wash(wash.state(), &model) + pictures * memory::of_picture(cells);
+    let plan = plan(args, wash.state(), &model, &pigments, settings_file.as_deref(), bytes);
     if args.dry_run {
-        return print(&plan(args, wash.state(), &model, &pigments, settings_file.as_deref()));
+        return print(&plan);
     }
-    let mut job = Job { args, interrupt, wash, paints: pigments.iter().map(|p| p.coefficients).collect() };
+    args.means.talk.detail(&plan);
+    args.means.check_memory(bytes, FEWER)?;
+    let paints = pigments.iter().map(|p| p.coefficients).collect();
+    let mut job = Job { args, interrupt, wash, paints, ground };
     let (report, seconds) = job.run(frames.as_deref())?;
 
+    let start = Instant::now();
     let mut staged = Vec::new();
     if let Some(target) = &save {
         staged.push(target.stage(|writer| Ok(state_file::write(job.wash.state(), writer)?))?);
@@ -162,6 +178,7 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     for output in staged {
         output.commit()?;
     }
+    args.means.talk.detail(&format!("written in {:.2} s", start.elapsed().as_secs_f64()));
     let is_stdout_taken = [&save, &image].into_iter().flatten().any(Target::is_stdout);
     job.tell(&report, seconds, is_stdout_taken)
 }
@@ -197,36 +214,64 @@ fn found_settings(state: &Path) -> Option<PathBuf> {
     path.is_file().then_some(path)
 }
 
-/// The pigments that the command line names, or else the file.
+/// The pigments that the command line names, or else the file of that name and text.
 fn pigments(
     args: &WashArgs,
     settings: &WashSettings,
-    settings_file: Option<&Path>,
+    origin: &str,
+    text: &str,
 ) -> Result<Vec<Pigment>, Failure> {
     let library = args.pigment_files.library()?;
-    let (kind, names) = match &args.pigments {
-        Some(names) => (Kind::Usage, names),
-        None => (Kind::Input, &settings.pigments),
+    if let Some(names) = &args.pigments {
+        let pigment = |name: &String| library.get(name).cloned();
+        return names
+            .iter()
+            .map(pigment)
+            .collect::<Result<_, _>>()
+            .map_err(|unknown| unknown_pigment(&unknown));
+    }
+    let pigment = |(name, place): (&String, &Place)| {
+        let found = library.get(name).cloned();
+        found.map_err(|unknown| place.problem(origin, text, &unknown, pigment_hint(&unknown)).into())
     };
-    let pigment = |name: &String| match library.get(name) {
-        Ok(pigment) => Ok(pigment.clone()),
-        Err(unknown) => {
-            let failure = unknown_pigment(kind, &unknown);
-            Err(match settings_file.filter(|_| kind == Kind::Input) {
-                Some(file) => failure.within(&input::name_of(file)),
-                None => failure,
-            })
-        }
-    };
-    names.iter().map(pigment).collect()
+    settings.pigments.iter().zip(&settings.pigment_places).map(pigment).collect()
 }
 
-fn read_state(path: &Path) -> Result<WashState, Failure> {
-    state_file::read(input::open(path)?).map_err(|error| {
-        let kind = if matches!(error, StateFileError::Read(_)) { Kind::Failed } else { Kind::Input };
+/// What to do about too little memory.
+const FEWER: &str = "use fewer cells or pigments";
+
+fn read_state(args: &WashArgs) -> Result<WashState, Failure> {
+    let touched_bytes = args.means.memory.unwrap_or(u64::MAX);
+    let limits = Limits { touched_bytes, ..Limits::default() };
+    let name = input::name_of(&args.state);
+    state_file::read_within(input::open(&args.state)?, &limits).map_err(|error| {
+        if let StateFileError::Memory { most } = error {
+            let said = format!("{name} alone takes more memory than `--memory` allows: {}", megabytes(most));
+            return Failure::failed(said).hint(format!("{FEWER}, or allow more"));
+        }
+        let is_outside = matches!(error, StateFileError::Read(_) | StateFileError::NoRoom(_));
+        let kind = if is_outside { Kind::Failed } else { Kind::Input };
         let hint = error.hint().unwrap_or_else(|| "every array must fit `wet_mask`".to_owned());
-        Failure::new(kind, format!("{}: {error}", input::name_of(path))).hint(hint)
+        Failure::new(kind, format!("{name}: {error}")).hint(hint)
     })
+}
+
+/// The picture that is painted on, if it is one.
+fn ground(over: &Ground, layout: Layout, is_painted: bool) -> Result<Option<Raster<LinearRgb>>, Failure> {
+    let (width, height) = (layout.width(), layout.height());
+    if is_painted {
+        let bytes = memory::of_picture((width * height) as u64);
+        probe([bytes]).map_err(|error| Failure::failed(error).hint(FEWER))?;
+    }
+    let Ground::Picture(path) = over else { return Ok(None) };
+    let name = input::name_of(path);
+    let picture = input::picture(path, read_color)?;
+    if (picture.width(), picture.height()) != (width, height) {
+        let found = format!("{} × {} pixels", picture.width(), picture.height());
+        return Err(Failure::input(format!("{name} has {found}, the wash {width} × {height} cells"))
+            .hint("a picture to paint on has a pixel for each cell: scale it first"));
+    }
+    Ok(Some(picture))
 }
 
 /// Why a state that could be read cannot run.
@@ -320,12 +365,14 @@ struct Job<'a> {
     interrupt: &'a Interrupt,
     wash: Wash,
     paints: Vec<Coefficients>,
+    /// A picture below; without one there is a color.
+    ground: Option<Raster<LinearRgb>>,
 }
 
 impl Job<'_> {
     /// Runs all steps, writing frames as they come; returns what was done and the seconds of simulation.
     fn run(&mut self, frames: Option<&[(u64, Option<Target>)]>) -> Result<(RunReport, f64), Failure> {
-        let progress = self.args.talk.start(self.args.steps, "steps");
+        let progress = self.args.means.talk.start(self.args.steps, "steps");
         let last = [(self.args.steps, None)];
         let outcome = self.run_to(frames.unwrap_or(&last), &progress);
         progress.end();
@@ -370,10 +417,14 @@ impl Job<'_> {
 
     fn stage_picture(&self, target: &Target) -> Result<Staged, Failure> {
         let layout = self.wash.state().layout();
-        let mut picture = Raster::new(layout.width(), layout.height(), self.args.over);
+        let mut picture = match (&self.ground, &self.args.over) {
+            (Some(ground), _) => ground.clone(),
+            (None, Ground::Color(color)) => Raster::new(layout.width(), layout.height(), *color),
+            (None, Ground::Picture(_)) => unreachable!("a picture that is painted on has been read"),
+        };
         composite::lay_over(self.wash.state(), &self.paints, &mut picture);
         let picture = composite::encode(&picture);
-        target.stage(|writer| Ok(write_png(writer, &picture, &self.args.picture.meta(None, &[]))?))
+        target.stage(|writer| Ok(write_png(writer, &picture, &self.args.means.picture.meta(None, &[]))?))
     }
 
     /// Says what was done.
@@ -396,7 +447,7 @@ impl Job<'_> {
             eprintln!("{text}");
             return Ok(());
         }
-        self.args.talk.say(&format!(
+        self.args.means.talk.say(&format!(
             "girtin: {steps} steps, {sweeps_total} sweeps in {seconds:.2} s; fastest water {speed:.3} cells a step"
         ));
         Ok(())
@@ -426,6 +477,7 @@ fn plan(
     model: &WashModel,
     pigments: &[Pigment],
     settings_file: Option<&Path>,
+    bytes: u64,
 ) -> String {
     let layout = state.layout();
     let (width, height) = (layout.width(), layout.height());
@@ -433,7 +485,6 @@ fn plan(
         (0..height).map(|y| state.wet_mask.cells(y).iter().filter(|&&wet| wet != 0).count()).sum();
     let names: Vec<&str> = pigments.iter().map(|pigment| pigment.id.as_str()).collect();
     let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-    let megabytes = memory(layout, pigments.len(), args.image.is_some()) as f64 / 1e6;
     let threads = rayon::current_num_threads();
     let seconds = |ns: f64| ns * 1e-9 * wet as f64 * args.steps as f64 / threads as f64;
     let sweeps = |count: u32| seconds(STEP_NS + SWEEP_NS * f64::from(count));
@@ -454,17 +505,10 @@ fn plan(
     format!(
         "state: {width} × {height} cells, {wet} of them wet\npigments: {names}\nparameters: {source}; \
          {physics}\nwork: {steps} steps on {threads} threads, about {least:.1} to {most:.1} \
-         s\nmemory: about {megabytes:.0} MB\n",
+         s\nmemory: about {memory}\n",
+        memory = megabytes(bytes),
         steps = args.steps,
     )
-}
-
-/// Bytes of a state and, perhaps, of its picture.
-fn memory(layout: Layout, pigments: usize, has_picture: bool) -> usize {
-    let cells = layout.stride() * (layout.height() + 3);
-    let picture = if has_picture { size_of::<LinearRgb>() + 3 } else { 0 };
-    // The mask's bytes, five fields, and two for each pigment.
-    cells * (1 + 4 * (5 + 2 * pigments) + picture)
 }
 
 #[cfg(test)]

@@ -126,7 +126,11 @@ fn pigments_that_are_not_there() {
     assert!(cause.contains("`ultramarin`") && hint.contains("ultramarine"), "{cause} {hint}");
     folder.write("wash.toml", "pigments = [\"burnt-umbre\", \"viridian\"]\n");
     let (cause, hint) = folder.fails("wash --state in.npz --steps 1", 4);
-    assert!(cause.contains("wash.toml") && hint.contains("`burnt-umber`"), "{cause} {hint}");
+    assert!(cause.starts_with("wash.toml:1:13: `pigments[1]`: "), "{cause}");
+    assert!(cause.contains("`burnt-umbre`") && hint.contains("`burnt-umber`"), "{cause} {hint}");
+    folder.write("wash.toml", "viscosity = 0.1\npigments = [\n  \"viridian\",\n  \"viridiann\",\n]\n");
+    let (cause, _) = folder.fails("wash --state in.npz --steps 1", 4);
+    assert!(cause.starts_with("wash.toml:4:3: `pigments[2]`: "), "{cause}");
     folder.fails("mix burnt-umbre:0.3", 2);
     folder.fails("mix burnt-umber:-1", 2);
     folder.fails("mix burnt-umber:inf", 2);
@@ -221,6 +225,82 @@ fn a_full_disk() {
 }
 
 #[test]
+fn more_memory_than_is_allowed() {
+    let folder = studio();
+    folder.write("doc.toml", "format = 1\n[sheet]\nsize = [100, 100]\npixels_per_mm = 8\n");
+    for (line, lower) in [
+        ("wash --state in.npz --steps 1 --image out.png --memory 60kB", "fewer cells"),
+        ("paint doc.toml out.png --memory 10MB", "--scale"),
+        ("swatches out.png --memory 1MiB", "--size"),
+        ("effects fx --memory 1MB", "--size"),
+    ] {
+        let (cause, hint) = folder.fails(line, 1);
+        assert!(cause.contains("MB") && cause.contains("`--memory` allows"), "{cause}");
+        assert!(hint.contains(lower) && hint.contains("allow more"), "{hint}");
+    }
+    assert!(!folder.has("fx"));
+    // What does not even fit while it is read.
+    let (cause, _) = folder.fails("wash --state in.npz --steps 1 --memory 2kB", 1);
+    assert!(cause.contains("`in.npz` alone"), "{cause}");
+    folder.fails("wash --state in.npz --steps 1 --memory 500", 2);
+    folder.run("wash -q --state in.npz --steps 1 --image out.png --memory 1MB").fine();
+    folder.run("paint doc.toml fine.png -q --memory 1GB").fine();
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn more_memory_than_there_is() {
+    let folder = studio();
+    let huge = |height: usize| {
+        let mask = Array { shape: vec![height, 8192], ..Array::u8("wet_mask", &[height * 8192], |_| 0) };
+        npz(&[mask])
+    };
+    folder.write("huge.npz", huge(4096));
+    folder.write("doc.toml", "format = 1\n[sheet]\nsize = [1000, 1000]\npixels_per_mm = 8\n");
+    let map = Array { shape: vec![4096, 8192], ..Array::u8("map", &[4096 * 8192], |_| 0) };
+    folder.write("map.npz", npz(&[map]));
+    let area = "area = { shape = \"map\", file = \"map.npz\" }";
+    let sheet = "format = 1\n[sheet]\nsize = [10, 10]\n";
+    folder.write("map.toml", format!("{sheet}[[glaze]]\n[[glaze.events]]\ndo = \"wet\"\n{area}\n"));
+    folder.run("paper rough scan.png --size-mm 20.48x20.48 --cells-per-mm 200").fine();
+    let before = folder.files();
+    for (line, said) in [
+        ("wash --state huge.npz --steps 1 --save out.npz", "not enough memory"),
+        ("paint doc.toml out.png", "not enough memory"),
+        ("paint map.toml out.png", "not enough memory"),
+        ("paper scan.png out.png --pixels-per-mm 200 --size-mm 1x1", "not enough memory"),
+        ("paper rough out.png --size-mm 40.96x40.96 --cells-per-mm 200", "not enough memory"),
+    ] {
+        let command = format!("ulimit -v 300000; exec {} {line} --threads 1", env!("CARGO_BIN_EXE_girtin"));
+        let mut shell = std::process::Command::new("sh");
+        let ran = shell.args(["-c", &command]).current_dir(folder.path("")).output().unwrap();
+        let stderr = String::from_utf8(ran.stderr).unwrap();
+        assert_eq!(ran.status.code(), Some(1), "{line}: {stderr}");
+        assert!(stderr.contains(said) && stderr.contains("\nhint: "), "{line}: {stderr}");
+    }
+    assert!(folder.files() == before);
+}
+
+#[test]
+fn pictures_that_a_wash_cannot_lie_on() {
+    let folder = studio();
+    let run = "wash --state in.npz --steps 1 --image out.png --over";
+    folder.run("paper rough small.png --size-mm 8x8 --cells-per-mm 2").fine();
+    let (cause, hint) = folder.fails(&format!("{run} small.png"), 4);
+    assert!(cause.contains("16 × 16 pixels") && cause.contains("48 × 40 cells"), "{cause}");
+    assert!(hint.contains("scale"), "{hint}");
+    folder.write("bad.png", "no picture");
+    let (cause, _) = folder.fails(&format!("{run} bad.png"), 4);
+    assert!(cause.starts_with("`bad.png`: "), "{cause}");
+    let (cause, _) = folder.fails(&format!("{run} none.png"), 4);
+    assert!(cause.contains("none.png"), "{cause}");
+    let (cause, _) = folder.fails(&format!("{run} whit"), 2);
+    assert!(cause.contains("a picture's file"), "{cause}");
+    folder.fails(&format!("{run} small.png --overwrite --image small.png"), 2);
+    folder.fails("wash --state - --steps 1 --image out.png --over -", 2);
+}
+
+#[test]
 fn inputs_are_never_written_to() {
     let folder = studio();
     let run = "wash --state in.npz --steps 1 --overwrite --save";
@@ -254,6 +334,18 @@ fn papers_and_scans() {
     folder.fails("paper scan.png out.png --pixels-per-mm 12", 4);
     folder.fails("paper scan.png scan.png --pixels-per-mm 12 --overwrite", 2);
     folder.fails("paper rough out.png --dark-is-high", 2);
+    // A paper's own resolution is that of its cells; a slip of the finger in its name is said first.
+    let (cause, hint) = folder.fails("paper rough out.png --pixels-per-mm 12", 2);
+    assert!(cause.contains("`rough` is none") && hint.contains("--cells-per-mm"), "{cause} {hint}");
+    let (cause, _) = folder.fails("paper rouhg out.png --pixels-per-mm 12", 2);
+    assert!(cause.contains("no paper is called `rouhg`"), "{cause}");
+    folder.write("scan", "no picture either");
+    let (cause, _) = folder.fails("paper scan out.png --pixels-per-mm 12", 4);
+    assert!(cause.starts_with("`scan`: "), "{cause}");
+    let (cause, _) = folder.fails("paper - out.png", 2);
+    assert!(cause.contains("the standard input is a scan of unknown size"), "{cause}");
+    folder.fails("paper scan.png out.png --pixels-per-mm 12 --seed 3", 2);
+    folder.fails("paper scan.png out.png --pixels-per-mm 12 --tile-mm 3x3", 2);
     folder.fails("paper rough", 2);
 }
 
@@ -269,6 +361,20 @@ fn documents() {
     folder.write("doc.toml", "format = 1\n[sheet]\nsize = [10, 10]\npaper = \"cold-pres\"\n");
     let (cause, hint) = folder.fails(run, 4);
     assert!(cause.starts_with("doc.toml:4:") && hint.contains("`cold-press`"), "{cause} {hint}");
+    let map = |file: &str| {
+        let area = format!("area = {{ shape = \"map\", file = \"{file}\" }}");
+        format!("format = 1\n[sheet]\nsize = [10, 10]\n[[glaze]]\n[[glaze.events]]\ndo = \"wet\"\n{area}\n")
+    };
+    folder.write("doc.toml", map("none.png"));
+    let (cause, hint) = folder.fails(run, 4);
+    assert!(
+        cause.starts_with("doc.toml:7:32: `glaze[1].events[1].area.file`: cannot read map `none.png`"),
+        "{cause}"
+    );
+    assert!(hint.contains("folder"), "{hint}");
+    folder.write("bad.png", "no picture").write("doc.toml", map("bad.png"));
+    let (cause, _) = folder.fails(run, 4);
+    assert!(cause.starts_with("doc.toml:7:32: `glaze[1].events[1].area.file`: map `bad.png`: "), "{cause}");
     folder.write("doc.toml", "format = 1\n[sheet]\nsize = [1000, 1000]\n");
     folder.fails("paint doc.toml out.png --scale 100", 4);
     folder.fails("paint doc.toml doc.toml --overwrite", 2);

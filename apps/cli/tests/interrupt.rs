@@ -64,6 +64,29 @@ fn a_polite_kill_ends_cleanly() {
 }
 
 #[test]
+fn a_folder_that_was_made_for_nothing_goes_again() {
+    let interrupted = |there: bool| {
+        let folder = Folder::new();
+        if there {
+            fs::create_dir(folder.path("out")).unwrap();
+        }
+        let line = "effects out --size 640 --progress json";
+        let mut child = folder.command(line).stderr(Stdio::piped()).spawn().unwrap();
+        // The first line is said when the folder is there and nothing is painted yet.
+        let mut said = std::io::BufReader::new(child.stderr.take().unwrap());
+        std::io::BufRead::read_line(&mut said, &mut String::new()).unwrap();
+        assert!(folder.has("out"));
+        signal(&child, "-INT");
+        std::io::Read::read_to_end(&mut said, &mut Vec::new()).unwrap();
+        assert_eq!(child.wait().unwrap().code(), Some(130));
+        folder.has("out")
+    };
+    assert!(!interrupted(false));
+    // Somebody else's folder stays.
+    assert!(interrupted(true));
+}
+
+#[test]
 fn a_second_ctrl_c_ends_at_once() {
     use std::os::unix::process::ExitStatusExt;
     let folder = Folder::new();

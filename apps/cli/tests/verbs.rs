@@ -167,6 +167,18 @@ fn every_verb_has_a_man_page() {
         // roff writes a dash as `\-`.
         assert!(page("girtin").contains(&format!("girtin\\-{verb}(1)")), "{verb}");
     }
+    // As in the help: options, then inputs and outputs in their order.
+    for (verb, usage) in [
+        ("girtin", "girtin <COMMAND>"),
+        ("girtin-paint", "girtin paint [OPTIONS] <DOC> <OUT>"),
+        ("girtin-effects", "girtin effects [OPTIONS] <OUT_DIR>"),
+        ("girtin-wash", "girtin wash [OPTIONS] --state <FILE> --steps <N>"),
+        ("girtin-bench-wash", "girtin bench wash [OPTIONS]"),
+    ] {
+        let text = page(verb).replace("\\fB", "").replace("\\fR", "").replace("\\-", "-");
+        let after = text.split_once(".SH SYNOPSIS\n").unwrap().1;
+        assert_eq!(after.lines().next().unwrap(), usage, "{verb}");
+    }
     folder.fails("man pages", 5);
     folder.run("man pages --overwrite").fine();
 }

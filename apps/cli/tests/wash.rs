@@ -153,6 +153,62 @@ fn the_ground_of_a_picture_can_be_chosen() {
 }
 
 #[test]
+fn a_wash_may_lie_on_a_picture() {
+    let folder = studio();
+    let run = "wash -q --state in.npz --steps 3";
+    folder.run(&format!("{run} --image white.png")).fine();
+    // Bare paper of the same color as a picture: what comes out is the same; and a second wash lies on the first.
+    folder.run(&format!("{run} --image k.png --over black")).fine();
+    folder.write("dry.npz", bytes_of(&puddle(48, 40, 0)));
+    folder.write("none.toml", "");
+    folder.run("wash -q --state dry.npz --params none.toml --steps 0 --image bare.png --over black").fine();
+    folder.run(&format!("{run} --image on.png --over bare.png")).fine();
+    assert!(folder.read("on.png") == folder.read("k.png"));
+    folder.run(&format!("{run} --image twice.png --over white.png")).fine();
+    assert!(folder.read("twice.png") != folder.read("white.png"));
+    let ran = folder.run_with(&format!("{run} --image - --over -"), &folder.read("bare.png")).fine();
+    assert!(ran.stdout == folder.read("k.png"));
+}
+
+#[test]
+fn more_is_said_when_asked() {
+    let folder = studio();
+    let ran = folder.run("wash -v --state in.npz --steps 3 --save out.npz --threads 2");
+    assert_eq!((ran.code, ran.text().as_str()), (0, ""));
+    for word in ["read in", "48 × 40", "2 threads", "memory: about", "3 steps", "written in"] {
+        assert!(ran.stderr.contains(word), "{word}: {}", ran.stderr);
+    }
+    assert!(ran.stderr.lines().all(|line| line.starts_with("girtin: ")), "{}", ran.stderr);
+    folder.write("doc.toml", "format = 1\n[sheet]\nsize = [10, 6]\npixels_per_mm = 4\n");
+    let said = folder.run("paint doc.toml out.png --verbose").stderr;
+    for word in ["40 × 24 pixels", "painted in", "written in"] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    folder.fails("wash -v -q --state in.npz --steps 3", 2);
+}
+
+#[test]
+fn dry_paper_is_told_to_take_little_memory() {
+    let folder = Folder::new();
+    let told = |name: &str, state| {
+        folder.write(name, bytes_of(&state));
+        let text =
+            folder.run(&format!("wash --state {name} --pigments PB60 --steps 9 --dry-run")).fine().text();
+        let (_, after) = text.split_once("memory: about ").unwrap();
+        after.split(' ').next().unwrap().parse::<u64>().unwrap()
+    };
+    let mut dry = puddle(1500, 1000, 1);
+    let wet = told("wet.npz", dry.clone());
+    for y in 0..1000 {
+        dry.wet_mask.cells_mut(y).fill(0);
+        dry.pressure.cells_mut(y).fill(0.0);
+        dry.suspended[0].cells_mut(y).fill(0.0);
+    }
+    let dry = told("dry.npz", dry);
+    assert!((6..9).contains(&dry) && wet > 4 * dry, "{dry} {wet}");
+}
+
+#[test]
 fn pictures_say_who_made_them_and_not_where() {
     let folder = studio();
     folder.run("wash -q --state in.npz --steps 1 --image a.png").fine();

@@ -103,6 +103,35 @@ fn unsafe_code_is_forbidden_in_every_crate() {
 }
 
 #[test]
+fn every_crate_can_be_packed_alone() {
+    // What is embedded lies in the crate's own folder, if only by a link: packing follows links, but not `../..`.
+    let mut folders = vec![root().join("crates"), root().join("apps")];
+    let mut seen = 0;
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() && !path.is_symlink() && !path.ends_with("tests") {
+                folders.push(path);
+            } else if path.extension().is_some_and(|ending| ending == "rs") {
+                let text = std::fs::read_to_string(&path).unwrap();
+                let includes = text.split("include_").skip(1).map(|after| after.lines().next().unwrap());
+                for include in includes.filter(|line| line.starts_with("str!") || line.starts_with("bytes!"))
+                {
+                    assert!(!include.contains("../.."), "{}: {include}", path.display());
+                    seen += 1;
+                }
+            }
+        }
+    }
+    assert!(seen > 0);
+    for (link, folder) in [("optics", "pigments"), ("paper", "papers"), ("painting", "gallery")] {
+        let link = root().join("crates").join(link).join("assets");
+        let folder = root().join("assets").join(folder);
+        assert_eq!(link.canonicalize().unwrap(), folder.canonicalize().unwrap());
+    }
+}
+
+#[test]
 fn the_table_of_parameters_is_current() {
     use girtin::params::manual::markdown;
     use girtin::params::row::Parameters;

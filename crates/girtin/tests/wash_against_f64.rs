@@ -53,7 +53,8 @@ fn state(path: &Path) -> WashState {
 fn settings(folder: &Path) -> WashSettings {
     let path = folder.join("wash.toml");
     let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
-    WashSettings::from_toml(&path.to_string_lossy(), &text).unwrap_or_else(|problem| panic!("{problem}"))
+    WashSettings::from_toml(&path.to_string_lossy(), &text, WashModel::c97())
+        .unwrap_or_else(|problem| panic!("{problem}"))
 }
 
 fn cases() -> Vec<Case> {
@@ -81,7 +82,8 @@ fn values(field: &Field<f32>) -> impl Iterator<Item = f64> {
 
 /// The fields by name, those of pigments numbered.
 fn fields(state: &WashState) -> Vec<(String, &Field<f32>)> {
-    let WashState { wet_mask: _, height, u, v, pressure, saturation, suspended, deposited } = state;
+    let WashState { wet_mask: _, height, u, v, pressure, saturation, suspended, deposited, ledger: _ } =
+        state;
     let mut fields: Vec<(String, _)> = vec![
         ("height".into(), height),
         ("u".into(), u),
@@ -241,7 +243,9 @@ fn every_parameter_shows() {
     let cases = cases();
     for (parameter, change) in changes {
         let shows = |case: &Case| {
-            let WashModel::C97 { mut params, capillary } = case.settings.model;
+            let WashModel::C97 { mut params, capillary } = case.settings.model else {
+                panic!("a golden of C97")
+            };
             let mut pores = capillary.unwrap_or_default();
             change(&mut params, &mut pores);
             let changed = WashModel::C97 { params, capillary: capillary.map(|_| pores) };

@@ -1,6 +1,7 @@
 //! Fields on a raster: what every other room of Girtin stands on.
 //!
 //! In the order data flows:
+//! - [`memory`]: whether there is room for what is about to be allocated;
 //! - [`random`]: numbers that are a function of (seed, stage, place);
 //! - [`noise`]: gradient noise, fractal sums and cellular noise over the plane, tileable at will;
 //! - [`raster`]: a plain rectangle of values, the currency between crates;
@@ -8,6 +9,7 @@
 //! - [`blur`]: separable Gaussian weights and blurs.
 #![forbid(unsafe_code)]
 
+pub mod memory;
 pub mod random;
 pub mod noise;
 pub mod raster;

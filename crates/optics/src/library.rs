@@ -7,7 +7,7 @@ use crate::pigment::Pigment;
 /// The id and text of each pigment's file.
 macro_rules! files {
     ($($id:literal),* $(,)?) => {
-        &[$(($id, include_str!(concat!("../../../assets/pigments/", $id, ".toml")))),*]
+        &[$(($id, include_str!(concat!("../assets/", $id, ".toml")))),*]
     };
 }
 
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn every_file_is_in_the_table() {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/pigments");
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/assets");
         let on_disk: BTreeSet<String> = std::fs::read_dir(folder)
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())

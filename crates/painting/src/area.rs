@@ -1,9 +1,11 @@
 //! Where something is done: shapes on the sheet in millimetres, and how much of each cell they cover.
 
+use std::ops::Range;
+
 use girtin_grid::noise::{Fractal, Noise};
 use girtin_grid::{Raster, random};
-use girtin_params::Table;
 use girtin_params::read::Fault;
+use girtin_params::{Place, Table};
 
 /// Farthest coordinate, mm.
 const MAX_MM: f64 = 10_000.0;
@@ -73,6 +75,8 @@ pub enum Shape {
     Map {
         /// Name of the file.
         file: String,
+        /// Where the document names it.
+        place: Place,
     },
 }
 
@@ -124,7 +128,7 @@ impl Area {
                 let end = table.real("end_width", length.clone())?.unwrap_or(begin);
                 Shape::Stroke { points: points(1)?, width: [begin, end] }
             }
-            Kind::Map => Shape::Map { file: table.need_text("file")? },
+            Kind::Map => Shape::Map { file: table.need_text("file")?, place: table.place("file") },
         };
         Ok(Self {
             shape,
@@ -164,18 +168,26 @@ impl Area {
         self.bristles > 0.0 || self.above_height != [0.0; 2]
     }
 
+    /// Columns and rows of the cells that it may touch, on a canvas of `size` columns and rows.
+    pub(crate) fn extent(&self, size: [usize; 2], cells_per_mm: f64) -> [Range<usize>; 2] {
+        let reach = self.soft_mm + self.ragged_mm;
+        let [low, high] = self.shape.bounds().map_or([[0.0; 2], [f64::INFINITY; 2]], |[low, high]| {
+            [low.map(|x| x - reach), high.map(|x| x + reach)]
+        });
+        let cell = |mm: f64, end: usize| (mm * cells_per_mm).clamp(0.0, end as f64);
+        [0, 1].map(|axis| {
+            cell(low[axis], size[axis]).floor() as usize..cell(high[axis], size[axis]).ceil() as usize
+        })
+    }
+
     /// Lays the area on a canvas; `map` is the raster of [`Shape::Map`].
     ///
     /// Two areas on one canvas stray alike, so that the water and the pigment of one stroke have the same edge.
     pub fn cover(&self, canvas: &Canvas<'_>, map: Option<&Raster<f32>>) -> Coverage {
         let (width, height) = (canvas.height.width(), canvas.height.height());
         let reach = self.soft_mm + self.ragged_mm;
-        let [low, high] = self.shape.bounds().map_or([[0.0; 2], [f64::INFINITY; 2]], |[low, high]| {
-            [low.map(|x| x - reach), high.map(|x| x + reach)]
-        });
-        let cell = |mm: f64, end: usize| (mm * canvas.cells_per_mm).clamp(0.0, end as f64);
-        let (x0, x1) = (cell(low[0], width).floor() as usize, cell(high[0], width).ceil() as usize);
-        let (y0, y1) = (cell(low[1], height).floor() as usize, cell(high[1], height).ceil() as usize);
+        let [columns, rows] = self.extent([width, height], canvas.cells_per_mm);
+        let (x0, x1, y0, y1) = (columns.start, columns.end, rows.start, rows.end);
         let noise = Noise::new(canvas.seed, random::stage("ragged edge"));
         let bristles = Noise::new(canvas.seed, random::stage("bristles"));
         let amount = Raster::from_fn(x1 - x0, y1 - y0, |x, y| {

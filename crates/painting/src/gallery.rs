@@ -11,7 +11,7 @@ pub struct Example {
 
 macro_rules! examples {
     ($($name:literal),* $(,)?) => {
-        [$(Example { name: $name, text: include_str!(concat!("../../../assets/gallery/", $name, ".toml")) }),*]
+        [$(Example { name: $name, text: include_str!(concat!("../assets/", $name, ".toml")) }),*]
     };
 }
 

@@ -5,6 +5,7 @@
 //!   TOML of a single wash;
 //! - [`gallery`]: the paper's figures as documents;
 //! - [`resolve`]: millimetres become cells, names become pigments;
+//! - [`memory`]: how much memory it will take;
 //! - [`paint`]: every glaze is simulated;
 //! - [`composite`]: pigment becomes color;
 //! - files: [`state_file`], a wash's state as NumPy reads it; [`map_file`]; [`picture`], pictures in and out.
@@ -15,6 +16,7 @@ pub mod area;
 pub mod wash_settings;
 pub mod gallery;
 pub mod resolve;
+pub mod memory;
 pub mod paint;
 pub mod composite;
 

@@ -3,10 +3,11 @@
 use std::io::{Cursor, Read};
 
 use girtin_grid::Raster;
+use girtin_grid::memory::{NoRoom, probe};
 use zip::ZipArchive;
 
 use crate::picture::{PictureError, PictureLimits, read_grey};
-use crate::state_file::npy;
+use crate::state_file::npy::{self, Element};
 
 /// Why a map cannot be read.
 #[derive(Debug, thiserror::Error)]
@@ -15,6 +16,9 @@ pub enum MapError {
     /// The picture cannot be read.
     #[error(transparent)]
     Picture(#[from] PictureError),
+    /// There is no memory for it.
+    #[error(transparent)]
+    NoRoom(#[from] NoRoom),
     /// The archive or its array cannot be read.
     #[error("{0}")]
     Array(String),
@@ -25,6 +29,7 @@ impl MapError {
     pub fn hint(&self) -> Option<&'static str> {
         match self {
             Self::Picture(error) => error.hint(),
+            Self::NoRoom(_) => Some("reduce the map first"),
             Self::Array(_) => Some("save one array of two axes: np.savez(file, map.astype('float32'))"),
         }
     }
@@ -57,21 +62,20 @@ fn read_npz(bytes: &[u8], limits: &PictureLimits) -> Result<Raster<f32>, MapErro
     };
     let cells = height.checked_mul(width).filter(|&cells| cells > 0 && cells <= limits.pixels);
     let cells = cells.ok_or_else(|| fault(format!("the array is {width} × {height}")))?;
-    let descr = header.descr.as_deref().unwrap_or("a structure");
-    let (size, decode): (usize, fn(&[u8]) -> f32) = match descr {
-        "|b1" | "|u1" => (1, |b| if b[0] == 0 { 0.0 } else { 1.0 }),
-        "<f4" => (4, |b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
-        "<f8" => (8, |b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]) as f32),
-        other => return Err(fault(format!("the array is of {}", npy::type_name(other)))),
-    };
+    let descr = header.descr.as_deref();
+    let element = descr.and_then(Element::of).ok_or_else(|| {
+        fault(format!("the array is of {}", descr.map_or("a structure".to_owned(), npy::type_name)))
+    })?;
     // Read as it comes, so that a header alone makes nothing large.
     let mut data = Vec::new();
-    let wanted = cells * size as u64;
+    let wanted = cells * element.bytes() as u64;
     file.by_ref().take(wanted).read_to_end(&mut data).map_err(|error| fault(error.to_string()))?;
     if data.len() as u64 != wanted {
         return Err(fault("the array ends early".to_owned()));
     }
-    let values: Vec<f32> = data.chunks_exact(size).map(decode).collect();
+    probe([4 * cells; 2])?;
+    let mut values = Vec::with_capacity(cells as usize);
+    element.decode(&data, &mut values);
     if values.iter().any(|value| !value.is_finite()) {
         return Err(fault("the array holds a value that is not finite".to_owned()));
     }
@@ -124,6 +128,21 @@ mod tests {
         assert_eq!(read(&png).unwrap(), wanted);
         let npz = npz(&[("map.npy", array("<f4", &[2, 3], &floats(wanted.as_slice())))]);
         assert_eq!(read(&npz).unwrap(), wanted);
+    }
+
+    #[test]
+    fn every_type_that_a_state_may_have_is_read() {
+        let wanted = Raster::from_fn(2, 1, |x, _| x as f32);
+        let values = [0.0f64, 1.0];
+        for (descr, bytes) in [
+            ("|b1", vec![0, 1]),
+            ("<f8", values.iter().flat_map(|value| value.to_le_bytes()).collect()),
+            (">f8", values.iter().flat_map(|value| value.to_be_bytes()).collect()),
+            (">f4", values.iter().flat_map(|&value| (value as f32).to_be_bytes()).collect()),
+        ] {
+            let npz = npz(&[("map.npy", array(descr, &[1, 2], &bytes))]);
+            assert_eq!(read(&npz).unwrap(), wanted, "{descr}");
+        }
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Pictures: maps and scans read as gray, results written as PNG.
+//! Pictures: maps and scans read as gray, grounds as color, results written as PNG.
 //!
 //! Gray values are what the file stores, 0 to 1, not light: a map's 128 is 0.502 whatever color space the file
 //! claims. Results are sRGB; their resolution follows from the millimetres of paper.
@@ -6,6 +6,8 @@
 use std::io::{self, BufReader, Read, Seek, Write};
 
 use girtin_grid::Raster;
+use girtin_grid::memory::{NoRoom, probe};
+use girtin_optics::{LinearRgb, Srgb};
 use image::error::ImageError;
 use image::{DynamicImage, ImageBuffer, ImageDecoder, ImageFormat, ImageReader, Pixel};
 use png::{BitDepth, ColorType, DeflateCompression, Encoder, EncodingError, Filter, SrgbRenderingIntent};
@@ -64,6 +66,9 @@ pub enum PictureError {
         /// Most bytes.
         most: u64,
     },
+    /// There is no memory for it.
+    #[error(transparent)]
+    NoRoom(#[from] NoRoom),
     /// A pixel is no number.
     #[error("the picture's pixel {x}, {y} is not a finite number")]
     NotFinite {
@@ -80,7 +85,7 @@ impl PictureError {
         match self {
             Self::Format { .. } | Self::Unsupported(_) => Some("save it as a PNG of 8 or 16 bits"),
             Self::Damaged(_) => Some("the file may be incomplete: save or copy it again"),
-            Self::TooLarge { .. } | Self::Memory { .. } => Some("reduce the picture first"),
+            Self::TooLarge { .. } | Self::Memory { .. } | Self::NoRoom(_) => Some("reduce the picture first"),
             Self::NotFinite { .. } => Some("fill holes before saving, or save it as a PNG of 16 bits"),
             Self::Read(_) | Self::Empty => None,
         }
@@ -95,6 +100,54 @@ impl PictureError {
 /// # Errors
 /// The format is another one, the file is damaged, or the picture is larger than `limits`.
 pub fn read_grey(reader: impl Read + Seek, limits: &PictureLimits) -> Result<Raster<f32>, PictureError> {
+    match &decoded(reader, limits, size_of::<f32>())? {
+        DynamicImage::ImageLuma8(pixels) => grey(pixels, 255.0),
+        DynamicImage::ImageLumaA8(pixels) => grey(pixels, 255.0),
+        DynamicImage::ImageRgb8(pixels) => grey(pixels, 255.0),
+        DynamicImage::ImageRgba8(pixels) => grey(pixels, 255.0),
+        DynamicImage::ImageLuma16(pixels) => grey(pixels, 65535.0),
+        DynamicImage::ImageLumaA16(pixels) => grey(pixels, 65535.0),
+        DynamicImage::ImageRgb16(pixels) => grey(pixels, 65535.0),
+        DynamicImage::ImageRgba16(pixels) => grey(pixels, 65535.0),
+        DynamicImage::ImageRgb32F(pixels) => grey(pixels, 1.0),
+        DynamicImage::ImageRgba32F(pixels) => grey(pixels, 1.0),
+        other => Err(unsupported(other)),
+    }
+}
+
+/// Reads a PNG, JPEG or TIFF of 8 or 16 bits as sRGB; a color profile is not looked at.
+///
+/// Transparent pixels lie on white paper. A picture that says how it is to be turned is turned.
+///
+/// # Errors
+/// As [`read_grey`]; floating-point pixels are not read.
+pub fn read_color(
+    reader: impl Read + Seek,
+    limits: &PictureLimits,
+) -> Result<Raster<LinearRgb>, PictureError> {
+    match &decoded(reader, limits, size_of::<LinearRgb>())? {
+        DynamicImage::ImageLuma8(pixels) => Ok(color(pixels, 255)),
+        DynamicImage::ImageLumaA8(pixels) => Ok(color(pixels, 255)),
+        DynamicImage::ImageRgb8(pixels) => Ok(color(pixels, 255)),
+        DynamicImage::ImageRgba8(pixels) => Ok(color(pixels, 255)),
+        DynamicImage::ImageLuma16(pixels) => Ok(color(pixels, 65535)),
+        DynamicImage::ImageLumaA16(pixels) => Ok(color(pixels, 65535)),
+        DynamicImage::ImageRgb16(pixels) => Ok(color(pixels, 65535)),
+        DynamicImage::ImageRgba16(pixels) => Ok(color(pixels, 65535)),
+        other => Err(unsupported(other)),
+    }
+}
+
+fn unsupported(picture: &DynamicImage) -> PictureError {
+    PictureError::Unsupported(format!("its pixels are {:?}", picture.color()))
+}
+
+/// The picture as it is stored, upright; there is room for a raster of values of `value_bytes` besides.
+fn decoded(
+    reader: impl Read + Seek,
+    limits: &PictureLimits,
+    value_bytes: usize,
+) -> Result<DynamicImage, PictureError> {
     let fault = |error| picture_error(error, limits);
     let mut reader =
         ImageReader::new(BufReader::new(reader)).with_guessed_format().map_err(PictureError::Read)?;
@@ -119,23 +172,12 @@ pub fn read_grey(reader: impl Read + Seek, limits: &PictureLimits) -> Result<Ras
     }
     // The result is allocated outside the decoder and counts with what the decoder needs.
     memory.reserve(decoder.total_bytes()).map_err(fault)?;
+    probe([decoder.total_bytes(), u64::from(width) * u64::from(height) * value_bytes as u64])?;
     decoder.set_limits(memory).map_err(fault)?;
     let orientation = decoder.orientation().map_err(fault)?;
     let mut picture = DynamicImage::from_decoder(decoder).map_err(fault)?;
     picture.apply_orientation(orientation);
-    match &picture {
-        DynamicImage::ImageLuma8(pixels) => grey(pixels, 255.0),
-        DynamicImage::ImageLumaA8(pixels) => grey(pixels, 255.0),
-        DynamicImage::ImageRgb8(pixels) => grey(pixels, 255.0),
-        DynamicImage::ImageRgba8(pixels) => grey(pixels, 255.0),
-        DynamicImage::ImageLuma16(pixels) => grey(pixels, 65535.0),
-        DynamicImage::ImageLumaA16(pixels) => grey(pixels, 65535.0),
-        DynamicImage::ImageRgb16(pixels) => grey(pixels, 65535.0),
-        DynamicImage::ImageRgba16(pixels) => grey(pixels, 65535.0),
-        DynamicImage::ImageRgb32F(pixels) => grey(pixels, 1.0),
-        DynamicImage::ImageRgba32F(pixels) => grey(pixels, 1.0),
-        other => Err(PictureError::Unsupported(format!("its pixels are {:?}", other.color()))),
-    }
+    Ok(picture)
 }
 
 fn picture_error(error: ImageError, limits: &PictureLimits) -> PictureError {
@@ -191,6 +233,29 @@ where
         covered.clamp(0.0, 1.0) as f32
     });
     not_finite.map_or(Ok(raster), Err)
+}
+
+/// Pixels with `white` as full scale.
+fn color<P>(pixels: &ImageBuffer<P, Vec<P::Subpixel>>, white: usize) -> Raster<LinearRgb>
+where
+    P: Pixel,
+    P::Subpixel: Into<usize>,
+{
+    let (width, height) = (pixels.width() as usize, pixels.height() as usize);
+    let linear = |value| Srgb([value as f64 / white as f64; 3]).to_linear().0[0];
+    let light: Vec<f64> = (0..=white).map(linear).collect();
+    let mut values = pixels.as_raw().chunks_exact(usize::from(P::CHANNEL_COUNT));
+    Raster::from_fn(width, height, |_, _| {
+        let (rgb, alpha) = match values.next().unwrap_or_default() {
+            [l] => ([*l; 3], white),
+            [l, a] => ([*l; 3], (*a).into()),
+            [r, g, b] => ([*r, *g, *b], white),
+            [r, g, b, a] => ([*r, *g, *b], (*a).into()),
+            _ => return LinearRgb::WHITE,
+        };
+        let alpha = alpha as f64 / white as f64;
+        LinearRgb(rgb.map(|channel| 1.0 - alpha * (1.0 - light[channel.into()])))
+    })
 }
 
 fn luma(rgb: [f64; 3]) -> f64 {
@@ -397,6 +462,29 @@ mod tests {
         assert_eq!(grey.at(0, 0), 1.0);
         assert!((grey.at(1, 0) - 0.7152).abs() < 1e-4);
         assert!((grey.at(2, 0) - 0.8).abs() < 1e-6);
+    }
+
+    #[test]
+    fn colors_are_light_and_holes_paper() {
+        let read = |picture: DynamicImage| {
+            read_color(Cursor::new(encoded(picture, ImageFormat::Png)), &PictureLimits::default()).unwrap()
+        };
+        let mut picture = RgbaImage::from_pixel(3, 1, Rgba([0, 0, 0, 0]));
+        picture.put_pixel(1, 0, Rgba([255, 188, 0, 255]));
+        picture.put_pixel(2, 0, Rgba([0, 0, 0, 51]));
+        let color = read(picture.into());
+        assert_eq!(color.at(0, 0), LinearRgb::WHITE);
+        let expected = Srgb([1.0, 188.0 / 255.0, 0.0]).to_linear();
+        assert!(color.at(1, 0).0.iter().zip(expected.0).all(|(a, b)| (a - b).abs() < 1e-12));
+        assert!((color.at(2, 0).0[1] - 0.8).abs() < 1e-12);
+        // Gray and 16 bits alike; what is shown is what was read.
+        let gray = GrayImage::from_fn(16, 16, |x, y| image::Luma([(x + 16 * y) as u8]));
+        let eight = read(gray.clone().into());
+        let sixteen = read(DynamicImage::ImageLuma8(gray.clone()).to_rgb16().into());
+        for (i, (a, b)) in eight.as_slice().iter().zip(sixteen.as_slice()).enumerate() {
+            assert_eq!(a.to_srgb().to_bytes(), [i as u8; 3]);
+            assert_eq!(b.to_srgb().to_bytes(), [i as u8; 3]);
+        }
     }
 
     #[test]

@@ -3,13 +3,16 @@
 use std::io;
 
 use girtin_grid::Raster;
+use girtin_grid::memory::{NoRoom, probe};
 use girtin_optics::{Coefficients, LinearRgb};
 use girtin_paper::{HeightSource, Sheet};
+use girtin_params::Place;
 use girtin_wash::{PigmentHandling, WashModel};
 
 use crate::area::{Area, Canvas, Coverage, Shape};
 use crate::document::{Document, Event, Stock};
 use crate::map_file::{self, MapError};
+use crate::memory;
 use crate::picture::PictureLimits;
 use crate::wash_settings::handling_of;
 
@@ -71,6 +74,9 @@ pub enum ResolveError {
         /// Rows.
         height: f64,
     },
+    /// There is no memory for it.
+    #[error(transparent)]
+    NoRoom(#[from] NoRoom),
     /// A name that the stock does not have.
     #[error("{0}")]
     Unknown(String),
@@ -79,6 +85,8 @@ pub enum ResolveError {
     Open {
         /// Its name.
         file: String,
+        /// Where the document names it.
+        place: Place,
         /// Why.
         source: io::Error,
     },
@@ -87,6 +95,8 @@ pub enum ResolveError {
     Map {
         /// Its name.
         file: String,
+        /// Where the document names it.
+        place: Place,
         /// Why.
         source: MapError,
     },
@@ -122,6 +132,7 @@ impl Document {
     ) -> Result<Plan, ResolveError> {
         let sheet = &self.sheet;
         let [width, height] = self.cells()?;
+        probe(memory::pieces_of_document(self, [width, height]))?;
         let paper =
             stock.papers.get(&sheet.paper).map_err(|error| ResolveError::Unknown(error.to_string()))?;
         let cells_per_mm = sheet.pixels_per_mm * f64::from(sheet.cells_per_pixel);
@@ -192,7 +203,7 @@ fn cover(
     open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Coverage, ResolveError> {
     let map = match &area.shape {
-        Shape::Map { file } => Some(load(file, open)?),
+        Shape::Map { file, place } => Some(load(file, place, open)?),
         _ => None,
     };
     Ok(area.cover(canvas, map.as_ref()))
@@ -209,8 +220,16 @@ fn print(ground: &mut Raster<LinearRgb>, color: LinearRgb, coverage: &Coverage) 
     }
 }
 
-fn load(file: &str, open: &dyn Fn(&str) -> io::Result<Vec<u8>>) -> Result<Raster<f32>, ResolveError> {
-    let bytes = open(file).map_err(|source| ResolveError::Open { file: file.to_owned(), source })?;
-    map_file::read(&bytes, &PictureLimits::default())
-        .map_err(|source| ResolveError::Map { file: file.to_owned(), source })
+fn load(
+    file: &str,
+    place: &Place,
+    open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+) -> Result<Raster<f32>, ResolveError> {
+    let (name, place) = (|| file.to_owned(), || place.clone());
+    let bytes = open(file).map_err(|source| ResolveError::Open { file: name(), place: place(), source })?;
+    map_file::read(&bytes, &PictureLimits::default()).map_err(|source| ResolveError::Map {
+        file: name(),
+        place: place(),
+        source,
+    })
 }

@@ -2,7 +2,7 @@
 
 use girtin_optics::Pigment;
 use girtin_params::read::Fault;
-use girtin_params::{Problem, Table, parse};
+use girtin_params::{Place, Problem, Table, parse};
 use girtin_wash::{C97Params, Capillary, LivingParams, PigmentHandling, WashModel};
 
 /// What a `wash.toml` says; every key may be left out.
@@ -22,6 +22,8 @@ pub struct WashSettings {
     pub model: WashModel,
     /// Names of the pigments, in the order of the state's first axis.
     pub pigments: Vec<String>,
+    /// Where the file names each of them.
+    pub pigment_places: Vec<Place>,
 }
 
 impl WashSettings {
@@ -34,6 +36,7 @@ impl WashSettings {
             Ok(Self {
                 model: read_model(table, default)?,
                 pigments: table.texts("pigments")?.unwrap_or_default(),
+                pigment_places: table.places("pigments"),
             })
         };
         parse(origin, text, read)

@@ -6,13 +6,13 @@ use crate::recipe::{Paper, plain};
 
 /// The built-in recipes, from smooth to rough, then those with a pattern: file name and text.
 const BUILTIN: [(&str, &str); 7] = [
-    ("smooth.toml", include_str!("../../../assets/papers/smooth.toml")),
-    ("hot-press.toml", include_str!("../../../assets/papers/hot-press.toml")),
-    ("cold-press.toml", include_str!("../../../assets/papers/cold-press.toml")),
-    ("rough.toml", include_str!("../../../assets/papers/rough.toml")),
-    ("laid.toml", include_str!("../../../assets/papers/laid.toml")),
-    ("canvas.toml", include_str!("../../../assets/papers/canvas.toml")),
-    ("japanese.toml", include_str!("../../../assets/papers/japanese.toml")),
+    ("smooth.toml", include_str!("../assets/smooth.toml")),
+    ("hot-press.toml", include_str!("../assets/hot-press.toml")),
+    ("cold-press.toml", include_str!("../assets/cold-press.toml")),
+    ("rough.toml", include_str!("../assets/rough.toml")),
+    ("laid.toml", include_str!("../assets/laid.toml")),
+    ("canvas.toml", include_str!("../assets/canvas.toml")),
+    ("japanese.toml", include_str!("../assets/japanese.toml")),
 ];
 
 /// Papers by name.
@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn every_file_of_the_folder_is_built_in() {
-        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../assets/papers");
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/assets");
         let mut files: Vec<String> = std::fs::read_dir(folder)
             .unwrap()
             .map(|entry| entry.unwrap().file_name().into_string().unwrap())

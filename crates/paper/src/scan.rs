@@ -1,6 +1,7 @@
 //! A sheet from a picture of real paper.
 
 use girtin_grid::Raster;
+use girtin_grid::memory::{NoRoom, probe};
 
 use crate::HeightSource;
 use crate::sheet::{MARGIN, into_unit};
@@ -51,6 +52,9 @@ pub enum ScanError {
         /// What is left between dark and light.
         contrast: f64,
     },
+    /// There is no memory for it.
+    #[error(transparent)]
+    NoRoom(#[from] NoRoom),
     /// An option is outside its range.
     #[error("`{option}` is {value}, outside {low} to {high}")]
     Option {
@@ -103,6 +107,8 @@ impl ScannedSheet {
         if let Some(at) = luminance.as_slice().iter().position(|value| !value.is_finite()) {
             return Err(ScanError::NotFinite { x: at % width, y: at / width });
         }
+        // Its level, its slow changes with two means on their way, and its detail twice.
+        probe([4 * (width * rows) as u64; 6])?;
         // The plane first: near the border, where a window is cut, a mean lags behind a slope.
         let level = without_plane(luminance);
         // Three means over a window are near enough a Gaussian.

@@ -14,7 +14,7 @@ pub mod manual;
 pub mod read;
 pub mod row;
 
-pub use read::{Problem, Table, parse};
+pub use read::{Place, Problem, Table, parse};
 pub use row::{Acts, Row, Value};
 
 /// The name among `known` that `name` was most likely meant to be, if any is near enough.

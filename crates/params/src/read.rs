@@ -61,6 +61,57 @@ impl Fault {
     }
 }
 
+/// Where a value stands in a file, for what turns out to be wrong with it once the file has been read.
+///
+/// ```
+/// let text = "scan = \"felt.png\"\n";
+/// let place = girtin_params::parse("paper.toml", text, |table| {
+///     table.need_text("scan")?;
+///     Ok(table.place("scan"))
+/// })?;
+/// let problem = place.problem("paper.toml", text, "no such file", "look at the spelling");
+/// assert_eq!(problem.to_string(), "paper.toml:1:8: `scan`: no such file");
+/// # Ok::<(), girtin_params::Problem>(())
+/// ```
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// Dotted path of the key; empty if no file said it.
+    pub key: String,
+    /// Bytes of the file's text.
+    pub span: Range<usize>,
+}
+
+impl Place {
+    /// What is wrong there; `text` is that of the file.
+    pub fn problem(
+        &self,
+        origin: &str,
+        text: &str,
+        message: impl std::fmt::Display,
+        hint: impl Into<String>,
+    ) -> Problem {
+        let message = format!("`{}`: {message}", self.key);
+        located(origin, text, Fault { message, hint: Some(hint.into()), span: self.span.clone() })
+    }
+}
+
+/// A fault with its line and column.
+fn located(origin: &str, text: &str, fault: Fault) -> Problem {
+    let start = floor_boundary(text, fault.span.start.min(text.len()));
+    let end = floor_boundary(text, fault.span.end.min(text.len())).max(start);
+    let before = &text[..start];
+    let line_start = before.rfind('\n').map_or(0, |at| at + 1);
+    Problem {
+        origin: origin.to_owned(),
+        line: before.matches('\n').count() + 1,
+        column: before[line_start..].chars().count() + 1,
+        message: fault.message,
+        hint: fault.hint,
+        text: text.to_owned(),
+        span: start..end,
+    }
+}
+
 /// Reads `text` and hands its root table to `read`; keys that `read` did not ask for are refused.
 ///
 /// # Errors
@@ -70,21 +121,7 @@ pub fn parse<T>(
     text: &str,
     read: impl FnOnce(&Table<'_>) -> Result<T, Fault>,
 ) -> Result<T, Problem> {
-    let locate = |fault: Fault| {
-        let start = floor_boundary(text, fault.span.start.min(text.len()));
-        let end = floor_boundary(text, fault.span.end.min(text.len())).max(start);
-        let before = &text[..start];
-        let line_start = before.rfind('\n').map_or(0, |at| at + 1);
-        Problem {
-            origin: origin.to_owned(),
-            line: before.matches('\n').count() + 1,
-            column: before[line_start..].chars().count() + 1,
-            message: fault.message,
-            hint: fault.hint,
-            text: text.to_owned(),
-            span: start..end,
-        }
-    };
+    let locate = |fault| located(origin, text, fault);
     if text.len() > MAX_TEXT {
         return Err(locate(Fault {
             message: format!("the file has {} bytes; {MAX_TEXT} at most are read", text.len()),
@@ -127,8 +164,29 @@ impl<'a> Table<'a> {
     }
 
     fn ask(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
-        self.asked.borrow_mut().push(key.to_owned());
+        let mut asked = self.asked.borrow_mut();
+        if !asked.iter().any(|known| known == key) {
+            asked.push(key.to_owned());
+        }
         self.entries.get(key)
+    }
+
+    /// Where the value of `key` stands, or the table if it has no such key.
+    pub fn place(&self, key: &str) -> Place {
+        let span = self.entries.get(key).map_or_else(|| self.span.clone(), Spanned::span);
+        Place { key: format!("{}{key}", self.path), span }
+    }
+
+    /// Where each item of the list at `key` stands; nowhere if there is no list.
+    pub fn places(&self, key: &str) -> Vec<Place> {
+        match self.entries.get(key).map(Spanned::get_ref) {
+            Some(DeValue::Array(items)) => {
+                let items = items.iter().enumerate();
+                let key = |at| format!("{}{key}[{}]", self.path, at + 1);
+                items.map(|(at, item)| Place { key: key(at), span: item.span() }).collect()
+            }
+            _ => Vec::new(),
+        }
     }
 
     /// A fault at the value of `key`, or at the table if it has no such key.
@@ -483,6 +541,13 @@ mod tests {
         assert_eq!((problem.line, problem.column), (2, 1));
         assert_eq!(problem.to_string(), "wash.toml:2:1: unknown key `viscosty`");
         assert_eq!(problem.hint.as_deref(), Some("did you mean `viscosity`?"));
+    }
+
+    #[test]
+    fn a_hint_says_every_key_once() {
+        let read = |table: &Table<'_>| Ok((table.has("a"), table.text("a")?, table.text("b")?));
+        let problem = parse("t.toml", "zzzzzz = 1", read).unwrap_err();
+        assert_eq!(problem.hint.as_deref(), Some("known here: a, b"));
     }
 
     #[test]

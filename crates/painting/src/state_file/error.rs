@@ -1,5 +1,6 @@
 use std::io;
 
+use girtin_grid::memory::NoRoom;
 use girtin_params::hint_for;
 use girtin_wash::StateError;
 
@@ -102,6 +103,15 @@ pub enum StateFileError {
         /// How much is allowed.
         most: u64,
     },
+    /// What is not 0 takes more memory than the [`Limits`](super::Limits) allow.
+    #[error("the state takes more than {most} bytes of memory")]
+    Memory {
+        /// Most bytes.
+        most: u64,
+    },
+    /// There is no memory for it.
+    #[error(transparent)]
+    NoRoom(#[from] NoRoom),
     /// An array has more or fewer bytes than its shape asks for.
     #[error("`{key}` has {found} bytes, its shape asks for {wanted}")]
     Length {
@@ -136,7 +146,9 @@ impl StateFileError {
             Self::Empty { key, .. } if *key != Key::WetMask.name() => format!("leave `{key}` out"),
             Self::Empty { .. } => "a state has at least one cell".to_owned(),
             Self::Pigments { .. } => "both hold the same pigments; a missing one is 0".to_owned(),
-            Self::TooLarge { .. } => "use fewer cells or pigments".to_owned(),
+            Self::TooLarge { .. } | Self::Memory { .. } | Self::NoRoom(_) => {
+                "use fewer cells or pigments".to_owned()
+            }
             Self::State(StateError::Value { field: "wet_mask", .. }) => {
                 "save it as `wet_mask > 0`".to_owned()
             }

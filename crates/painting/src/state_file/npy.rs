@@ -1,4 +1,4 @@
-//! The header of an `.npy` array: type, order and shape.
+//! An `.npy` array: its header, which is type, order and shape, and how its values are decoded.
 
 use std::io::{self, Read};
 
@@ -194,6 +194,71 @@ fn is_plain(byte: u8) -> bool {
     (byte == b' ' || byte.is_ascii_graphic()) && byte != b'\\'
 }
 
+/// How a value is stored, of the types that are read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Element {
+    /// A truth value or a small whole number.
+    Byte,
+    F32 {
+        big_endian: bool,
+    },
+    F64 {
+        big_endian: bool,
+    },
+}
+
+impl Element {
+    /// By NumPy's code of the type; `None` if values of that type are not read.
+    pub fn of(descr: &str) -> Option<Self> {
+        // A plain `=` is the writer's own order; NumPy resolves it, and of the rest most are little-endian.
+        Some(match descr {
+            "|b1" | "b1" | "|u1" | "<u1" | ">u1" | "=u1" | "u1" => Self::Byte,
+            "<f4" | "=f4" | "f4" => Self::F32 { big_endian: false },
+            ">f4" => Self::F32 { big_endian: true },
+            "<f8" | "=f8" | "f8" => Self::F64 { big_endian: false },
+            ">f8" => Self::F64 { big_endian: true },
+            _ => return None,
+        })
+    }
+
+    /// Bytes of a value.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Byte => 1,
+            Self::F32 { .. } => 4,
+            Self::F64 { .. } => 8,
+        }
+    }
+
+    /// Appends the values of a whole number of elements.
+    pub fn decode(self, bytes: &[u8], values: &mut Vec<f32>) {
+        fn each<const N: usize>(bytes: &[u8], values: &mut Vec<f32>, value: impl Fn([u8; N]) -> f32) {
+            values.extend(bytes.as_chunks::<N>().0.iter().map(|&bytes| value(bytes)));
+        }
+        match self {
+            Self::Byte => each(bytes, values, |[byte]| f32::from(byte)),
+            Self::F32 { big_endian: false } => each(bytes, values, f32::from_le_bytes),
+            Self::F32 { big_endian: true } => each(bytes, values, f32::from_be_bytes),
+            Self::F64 { big_endian: false } => each(bytes, values, |b| f64::from_le_bytes(b) as f32),
+            Self::F64 { big_endian: true } => each(bytes, values, |b| f64::from_be_bytes(b) as f32),
+        }
+    }
+
+    /// The value of one element, in full; 0 if it is none.
+    pub fn number(self, bytes: &[u8]) -> f64 {
+        fn of<const N: usize>(bytes: &[u8], number: impl Fn([u8; N]) -> f64) -> f64 {
+            bytes.first_chunk().map_or(0.0, |&bytes| number(bytes))
+        }
+        match self {
+            Self::Byte => of(bytes, |[byte]| f64::from(byte)),
+            Self::F32 { big_endian: false } => of(bytes, |b| f64::from(f32::from_le_bytes(b))),
+            Self::F32 { big_endian: true } => of(bytes, |b| f64::from(f32::from_be_bytes(b))),
+            Self::F64 { big_endian: false } => of(bytes, f64::from_le_bytes),
+            Self::F64 { big_endian: true } => of(bytes, f64::from_be_bytes),
+        }
+    }
+}
+
 /// The header of an array in C order, version 1, padded so that the values begin at a multiple of 64 bytes.
 pub(crate) fn header(descr: &str, shape: &[usize]) -> Vec<u8> {
     /// Magic, version and length.
@@ -283,6 +348,25 @@ mod tests {
         let header =
             parse("{'descr': [('a', [('b', '<f4')])], 'fortran_order': False, 'shape': (3,), }").unwrap();
         assert_eq!(header.descr, None);
+    }
+
+    #[test]
+    fn values_are_decoded_in_either_order_of_bytes() {
+        let decoded = |descr: &str, bytes: &[u8]| {
+            let mut values = Vec::new();
+            Element::of(descr).unwrap().decode(bytes, &mut values);
+            values
+        };
+        assert_eq!(decoded("|b1", &[0, 1]), [0.0, 1.0]);
+        assert_eq!(decoded("<f4", &0.3f32.to_le_bytes()), [0.3]);
+        assert_eq!(decoded(">f4", &0.3f32.to_be_bytes()), [0.3]);
+        assert_eq!(decoded("f8", &0.3f64.to_le_bytes()), [0.3]);
+        assert_eq!(decoded(">f8", &0.3f64.to_be_bytes()), [0.3]);
+        assert_eq!(Element::of(">f8").unwrap().number(&0.3f64.to_be_bytes()), 0.3);
+        assert_eq!(Element::of("<f4").unwrap().number(&0.5f32.to_le_bytes()), 0.5);
+        for other in ["<i4", "<f2", "<c8", "|O", "<U3", ""] {
+            assert_eq!(Element::of(other), None, "{other}");
+        }
     }
 
     #[test]

@@ -3,13 +3,14 @@
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::slice::from_mut;
 
+use girtin_grid::memory::probe;
 use girtin_grid::{Field, Layout};
 use girtin_wash::{Ledger, WashState};
 use zip::ZipArchive;
 use zip::read::ZipFile;
 use zip::result::ZipError;
 
-use super::npy::{self, Header, HeaderFault};
+use super::npy::{self, Element, Header, HeaderFault};
 use super::{Key, LedgerKey, StateFileError};
 
 /// How large a state may be that is read.
@@ -21,12 +22,14 @@ pub struct Limits {
     pub pigments: u64,
     /// Memory of all fields, bytes. Of paper that nothing touched it is only reserved.
     pub bytes: u64,
+    /// Memory of what is not 0, bytes: about what the state really takes.
+    pub touched_bytes: u64,
 }
 
 impl Default for Limits {
-    /// 2^28 cells, 64 pigments, 16 GiB.
+    /// 2^28 cells, 64 pigments, 16 GiB, all of them.
     fn default() -> Self {
-        Self { cells: 1 << 28, pigments: 64, bytes: 16 << 30 }
+        Self { cells: 1 << 28, pigments: 64, bytes: 16 << 30, touched_bytes: u64::MAX }
     }
 }
 
@@ -82,18 +85,39 @@ pub fn read_within(reader: impl Read + Seek, limits: &Limits) -> Result<WashStat
         return Err(StateFileError::TooLarge { quantity: "bytes in memory", found: bytes, most });
     }
 
+    let fields = std::iter::repeat_n(4 * field_values, 5 + 2 * pigments);
+    probe(fields.chain([field_values]))?;
     let mut state = WashState::empty(layout, pigments);
     state.ledger = ledger;
+    let mut room = Room(limits.touched_bytes);
     if of(Key::Height).is_none() {
+        room.take(4 * rows as u64 * columns as u64).map_err(|_| memory(limits))?;
         for y in 0..rows {
             state.height.cells_mut(y).fill(HEIGHT);
         }
     }
     for array in &arrays {
-        array.pour(&mut archive, &mut state)?;
+        array.pour(&mut archive, &mut state, &mut room).map_err(|error| match error {
+            StateFileError::Read(error) if error.kind() == io::ErrorKind::OutOfMemory => memory(limits),
+            other => other,
+        })?;
     }
     state.check()?;
     Ok(state)
+}
+
+fn memory(limits: &Limits) -> StateFileError {
+    StateFileError::Memory { most: limits.touched_bytes }
+}
+
+/// Bytes that may still be written.
+struct Room(u64);
+
+impl Room {
+    fn take(&mut self, bytes: u64) -> io::Result<()> {
+        self.0 = self.0.checked_sub(bytes).ok_or(io::ErrorKind::OutOfMemory)?;
+        Ok(())
+    }
 }
 
 type Archive<R> = ZipArchive<BufReader<R>>;
@@ -149,55 +173,26 @@ fn unread(key: &'static str, error: io::Error) -> StateFileError {
     }
 }
 
-/// How a value is stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Element {
-    Byte,
-    F32 { big_endian: bool },
-    F64 { big_endian: bool },
-}
-
-impl Element {
-    fn bytes(self) -> u64 {
-        match self {
-            Self::Byte => 1,
-            Self::F32 { .. } => 4,
-            Self::F64 { .. } => 8,
-        }
+/// How an array's values are stored, if its type is one that `key` may have.
+fn element_of(key: Key, descr: Option<&str>) -> Result<Element, StateFileError> {
+    let is_mask = key == Key::WetMask;
+    if let Some(element) =
+        descr.and_then(Element::of).filter(|&element| (element == Element::Byte) == is_mask)
+    {
+        return Ok(element);
     }
-
-    /// How an array's values are stored, if its type is one that `key` may have.
-    fn of(key: Key, descr: Option<&str>) -> Result<Self, StateFileError> {
-        let name = key.name();
-        // A plain `=` is the writer's own order; NumPy resolves it, and of the rest most are little-endian.
-        match (key, descr) {
-            (Key::WetMask, Some("|b1" | "|u1" | "<u1" | ">u1" | "=u1" | "b1" | "u1")) => Ok(Self::Byte),
-            (Key::WetMask, _) => {
-                let found = descr.map_or_else(|| "a structure".to_owned(), npy::type_name);
-                let fix = match descr {
-                    None => format!("{name}['...'].astype(bool)"),
-                    _ if found == "object" => format!("np.array({name}.tolist(), dtype=bool)"),
-                    _ if found.starts_with("float") => format!("({name} > 0.5).astype(bool)"),
-                    _ => format!("{name}.astype(bool)"),
-                };
-                Err(StateFileError::Type { key: name, found, wanted: "bool or uint8", fix })
-            }
-            (_, Some("<f4" | "=f4" | "f4")) => Ok(Self::F32 { big_endian: false }),
-            (_, Some(">f4")) => Ok(Self::F32 { big_endian: true }),
-            (_, Some("<f8" | "=f8" | "f8")) => Ok(Self::F64 { big_endian: false }),
-            (_, Some(">f8")) => Ok(Self::F64 { big_endian: true }),
-            _ => {
-                let found = descr.map_or_else(|| "a structure".to_owned(), npy::type_name);
-                let fix = match descr {
-                    None => format!("{name}['...'].astype('float32')"),
-                    _ if found == "object" => format!("np.array({name}.tolist(), dtype='float32')"),
-                    _ if found.starts_with("complex") => format!("{name}.real.astype('float32')"),
-                    _ => format!("{name}.astype('float32')"),
-                };
-                Err(StateFileError::Type { key: name, found, wanted: "float32 or float64", fix })
-            }
-        }
-    }
+    let name = key.name();
+    let found = descr.map_or_else(|| "a structure".to_owned(), npy::type_name);
+    let (wanted, kind) =
+        if is_mask { ("bool or uint8", "bool") } else { ("float32 or float64", "'float32'") };
+    let fix = match descr {
+        None => format!("{name}['...'].astype({kind})"),
+        _ if found == "object" => format!("np.array({name}.tolist(), dtype={kind})"),
+        _ if is_mask && found.starts_with("float") => format!("({name} > 0.5).astype(bool)"),
+        _ if !is_mask && found.starts_with("complex") => format!("{name}.real.astype('float32')"),
+        _ => format!("{name}.astype({kind})"),
+    };
+    Err(StateFileError::Type { key: name, found, wanted, fix })
 }
 
 /// An array of the file, of which the header has been read.
@@ -228,7 +223,7 @@ fn arrays<R: Read + Seek>(archive: &mut Archive<R>) -> Result<(Vec<Array>, Optio
         let name = key.name();
         let mut file = archive.by_index(index).map_err(unpack(name))?;
         let header = npy::read_header(&mut file).map_err(header_fault(name))?;
-        let element = Element::of(key, header.descr.as_deref())?;
+        let element = element_of(key, header.descr.as_deref())?;
         let (size, packed) = (file.size(), file.compressed_size());
         // A later read would fail on the size; but room is made before that.
         if size > packed.saturating_mul(MOST_PACKED.0).saturating_add(MOST_PACKED.1) {
@@ -257,20 +252,16 @@ fn number<R: Read + Seek>(
             fix: None,
         });
     }
+    let descr = header.descr.as_deref();
+    let element = descr.and_then(Element::of).filter(|&element| element != Element::Byte);
+    let element = element.ok_or_else(|| {
+        let found = descr.map_or_else(|| "a structure".to_owned(), npy::type_name);
+        StateFileError::Type { key: name, found, wanted: "float64", fix: format!("np.float64({name})") }
+    })?;
     let mut bytes = [0; 8];
-    let number = match header.descr.as_deref() {
-        Some("<f8" | "=f8" | "f8") => file.read_exact(&mut bytes).map(|()| f64::from_le_bytes(bytes)),
-        Some("<f4" | "=f4" | "f4") => {
-            let mut bytes = [0; 4];
-            file.read_exact(&mut bytes).map(|()| f64::from(f32::from_le_bytes(bytes)))
-        }
-        descr => {
-            let found = descr.map_or_else(|| "a structure".to_owned(), npy::type_name);
-            let fix = format!("np.float64({name})");
-            return Err(StateFileError::Type { key: name, found, wanted: "float64", fix });
-        }
-    };
-    let number = number.map_err(|error| unread(name, error))?;
+    let bytes = &mut bytes[..element.bytes()];
+    file.read_exact(bytes).map_err(|error| unread(name, error))?;
+    let number = element.number(bytes);
     end(&mut file).map_err(|error| unread(name, error))?;
     Ok(number)
 }
@@ -402,7 +393,7 @@ impl Array {
     fn check_length(&self) -> Result<(), StateFileError> {
         let values = self.header.shape.iter().try_fold(1u64, |all, &axis| all.checked_mul(axis));
         let wanted = values
-            .and_then(|values| values.checked_mul(self.element.bytes()))
+            .and_then(|values| values.checked_mul(self.element.bytes() as u64))
             .and_then(|bytes| bytes.checked_add(self.header.bytes))
             .unwrap_or(u64::MAX);
         if self.size == wanted {
@@ -417,22 +408,30 @@ impl Array {
         &self,
         archive: &mut Archive<R>,
         state: &mut WashState,
+        room: &mut Room,
     ) -> Result<(), StateFileError> {
         let name = self.key.name();
         let mut file = archive.by_index(self.index).map_err(unpack(name))?;
-        self.pour_file(&mut file, state).map_err(|error| unread(name, error))
+        self.pour_file(&mut file, state, room).map_err(|error| unread(name, error))
     }
 
-    fn pour_file<R: Read>(&self, file: &mut ZipFile<'_, R>, state: &mut WashState) -> io::Result<()> {
+    fn pour_file<R: Read>(
+        &self,
+        file: &mut ZipFile<'_, R>,
+        state: &mut WashState,
+        room: &mut Room,
+    ) -> io::Result<()> {
         io::copy(&mut file.take(self.header.bytes), &mut io::sink())?;
         let layout = state.layout();
-        let pour = Pour {
+        let mut pour = Pour {
+            room,
             fortran_order: self.header.fortran_order,
             shape: self.planes_rows_columns(state.suspended.len(), [layout.height(), layout.width()]),
         };
         let fields = match self.key {
             Key::WetMask => {
-                pour.values(file, from_mut(&mut state.wet_mask), |[byte]: [u8; 1]| byte)?;
+                let copy = |bytes: &[u8], values: &mut Vec<u8>| values.extend(bytes);
+                pour.values(file, from_mut(&mut state.wet_mask), self.element.bytes(), copy)?;
                 return end(file);
             }
             Key::Height => from_mut(&mut state.height),
@@ -443,18 +442,8 @@ impl Array {
             Key::Suspended => &mut state.suspended,
             Key::Deposited => &mut state.deposited,
         };
-        match self.element {
-            Element::F32 { big_endian: false } => pour.values(file, fields, f32::from_le_bytes)?,
-            Element::F32 { big_endian: true } => pour.values(file, fields, f32::from_be_bytes)?,
-            Element::F64 { big_endian: false } => {
-                pour.values(file, fields, |bytes| f64::from_le_bytes(bytes) as f32)?;
-            }
-            Element::F64 { big_endian: true } => {
-                pour.values(file, fields, |bytes| f64::from_be_bytes(bytes) as f32)?;
-            }
-            // Only the wet mask has bytes: `Element::of`.
-            Element::Byte => pour.values(file, fields, |[byte]: [u8; 1]| f32::from(byte))?,
-        }
+        let decode = |bytes: &[u8], values: &mut Vec<f32>| self.element.decode(bytes, values);
+        pour.values(file, fields, self.element.bytes(), decode)?;
         end(file)
     }
 }
@@ -483,32 +472,35 @@ impl Value for u8 {
 }
 
 /// Values on their way into fields.
-struct Pour {
+struct Pour<'a> {
+    room: &'a mut Room,
     fortran_order: bool,
     /// Planes, rows, columns.
     shape: [usize; 3],
 }
 
-impl Pour {
-    fn values<T: Value, const N: usize>(
-        &self,
+impl Pour<'_> {
+    /// `decode` appends the values of a whole number of elements of `size` bytes.
+    fn values<T: Value>(
+        &mut self,
         reader: &mut impl Read,
         fields: &mut [Field<T>],
-        decode: impl Fn([u8; N]) -> T,
+        size: usize,
+        decode: impl Fn(&[u8], &mut Vec<T>),
     ) -> io::Result<()> {
         let mut left: usize = self.shape.iter().product();
         let mut at = [0; 3];
-        let mut bytes = vec![0; CHUNK.min(left * N)];
-        let mut values = Vec::with_capacity(bytes.len() / N);
+        let mut bytes = vec![0; CHUNK.min(left * size)];
+        let mut values = Vec::with_capacity(bytes.len() / size);
         while left > 0 {
-            let count = left.min(CHUNK / N);
-            reader.read_exact(&mut bytes[..count * N])?;
+            let count = left.min(CHUNK / size);
+            reader.read_exact(&mut bytes[..count * size])?;
             values.clear();
-            values.extend(bytes[..count * N].as_chunks::<N>().0.iter().map(|&bytes| decode(bytes)));
+            decode(&bytes[..count * size], &mut values);
             at = if self.fortran_order {
-                self.scatter(&values, fields, at)
+                self.scatter(&values, fields, at)?
             } else {
-                self.copy(&values, fields, at)
+                self.copy(&values, fields, at)?
             };
             left -= count;
         }
@@ -516,13 +508,19 @@ impl Pour {
     }
 
     /// Columns run fastest. Returns the place after the last value.
-    fn copy<T: Value>(&self, values: &[T], fields: &mut [Field<T>], at: [usize; 3]) -> [usize; 3] {
+    fn copy<T: Value>(
+        &mut self,
+        values: &[T],
+        fields: &mut [Field<T>],
+        at: [usize; 3],
+    ) -> io::Result<[usize; 3]> {
         let [_, rows, columns] = self.shape;
         let [mut plane, mut y, mut x] = at;
         let mut rest = values;
         while !rest.is_empty() {
             let (run, after) = rest.split_at(rest.len().min(columns - x).min(PAGE));
             if !run.iter().fold(true, |blank, value| blank & value.is_blank()) {
+                self.room.take(size_of_val(run) as u64)?;
                 fields[plane].row_mut(Layout::TOP + y)[Layout::LEFT + x..][..run.len()].copy_from_slice(run);
             }
             x += run.len();
@@ -534,15 +532,21 @@ impl Pour {
             }
             rest = after;
         }
-        [plane, y, x]
+        Ok([plane, y, x])
     }
 
     /// Planes run fastest, columns slowest. Returns the place after the last value.
-    fn scatter<T: Value>(&self, values: &[T], fields: &mut [Field<T>], at: [usize; 3]) -> [usize; 3] {
+    fn scatter<T: Value>(
+        &mut self,
+        values: &[T],
+        fields: &mut [Field<T>],
+        at: [usize; 3],
+    ) -> io::Result<[usize; 3]> {
         let [planes, rows, _] = self.shape;
         let [mut plane, mut y, mut x] = at;
         for &value in values {
             if !value.is_blank() {
+                self.room.take(size_of::<T>() as u64)?;
                 fields[plane].row_mut(Layout::TOP + y)[Layout::LEFT + x] = value;
             }
             plane += 1;
@@ -553,6 +557,6 @@ impl Pour {
                 (y, x) = (0, x + 1);
             }
         }
-        [plane, y, x]
+        Ok([plane, y, x])
     }
 }

@@ -327,7 +327,7 @@ fn claims_are_not_believed() {
     let error = read_within(Cursor::new(&file), &limits).unwrap_err();
     assert!(matches!(error, StateFileError::TooLarge { quantity: "bytes in memory", most: 2000, .. }));
     // No limits at all still do not overflow.
-    let none = Limits { cells: u64::MAX, pigments: u64::MAX, bytes: u64::MAX };
+    let none = Limits { cells: u64::MAX, pigments: u64::MAX, bytes: u64::MAX, ..Limits::default() };
     assert!(read_within(Cursor::new(&file), &none).is_ok());
     let huge = npz(&[("wet_mask", npy("'|b1'", false, "(1, 1099511627776)", &[0; 6]))]);
     assert!(read_within(Cursor::new(&huge), &none).is_err());
@@ -468,4 +468,20 @@ proptest! {
             prop_assert!(state.layout().width() * state.layout().height() <= 40);
         }
     }
+}
+
+#[test]
+fn what_is_not_zero_is_limited_apart() {
+    let mut state = state(60, 40, 1);
+    let most = |touched_bytes| Limits { touched_bytes, ..Limits::default() };
+    let read = |state: &WashState, most| read_within(Cursor::new(written(state)), &most);
+    let values = 60 * 40;
+    assert_eq!(read(&state, most(8 * 4 * values as u64)).unwrap(), state);
+    let error = read(&state, most(5 * 4 * values as u64)).unwrap_err();
+    assert!(matches!(error, StateFileError::Memory { .. }), "{error}");
+    assert!(error.hint().is_some());
+    // Zeros are free.
+    state.suspended[0] = Field::<f32>::zeroed(state.layout());
+    state.u = Field::<f32>::zeroed(state.layout());
+    assert_eq!(read(&state, most(6 * 4 * values as u64)).unwrap(), state);
 }
