@@ -1,8 +1,8 @@
-//! `girtin effects`: the six effects of figures 1 and 2 of Curtis et al. 1997.
+//! `girtin effects`: the six effects of figures 1 and 2 of Curtis et al. 1997, by either model.
 
 use std::path::PathBuf;
 
-use girtin::painting::gallery::EFFECTS;
+use girtin::painting::gallery::{EFFECTS, Example, LIVING};
 use girtin::painting::{Document, Stock};
 
 use crate::arguments::MeansArgs;
@@ -13,22 +13,44 @@ use crate::paint::{self, Job};
 
 /// Paints the six effects of Curtis et al. 1997, a picture each
 ///
-/// Drybrush, edge darkening, backrun, granulation, flow and glazing.
+/// Drybrush, edge darkening, backrun, granulation, flow and glazing. By the living wash there are two sheets more: one
+/// stroke over paper at twelve wetnesses, and a puddle dropped into a drying wash at six moments.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:
   girtin effects effects
-  girtin effects effects --size 1024 --seed 3 --overwrite"
+  girtin effects effects --model living --size 1024 --seed 3 --overwrite"
 )]
 pub struct EffectsArgs {
     /// Folder to write to; it is made if it is not there
     #[arg(value_name = "OUT_DIR")]
     folder: PathBuf,
+    /// Physics of the washes
+    #[arg(long, value_name = "MODEL", value_enum, default_value_t = Model::C97)]
+    model: Model,
     #[command(flatten)]
     gallery: GalleryArgs,
     #[command(flatten)]
     means: MeansArgs,
+}
+
+/// By which physics the effects are painted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum Model {
+    /// Curtis et al. 1997, exactly: the paper's figures
+    C97,
+    /// Girtin's own: in millimetres, drying by itself
+    Living,
+}
+
+impl Model {
+    fn examples(self) -> &'static [Example] {
+        match self {
+            Self::C97 => &EFFECTS,
+            Self::Living => &LIVING,
+        }
+    }
 }
 
 /// How a document that comes with Girtin is changed.
@@ -70,7 +92,7 @@ pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let mut outputs = Outputs::new(args.means.output, []);
     let stock = Stock::builtin();
     let mut tasks = Vec::new();
-    for example in EFFECTS {
+    for example in args.model.examples() {
         let document = args.gallery.document(example.name, example.text, &stock)?;
         paint::check_memory(args.means, &document, GALLERY_MEMORY)?;
         if let Some(target) = outputs.claim(&args.folder.join(format!("{}.png", example.name)), "png")? {

@@ -10,6 +10,9 @@ use girtin_params::{Place, Table};
 /// Farthest coordinate, mm.
 const MAX_MM: f64 = 10_000.0;
 
+/// Length over which a brush's water rises from the edge of its mark, mm.
+pub const TAPER_MM: f64 = 0.5;
+
 /// A shape with its edge.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Area {
@@ -184,6 +187,28 @@ impl Area {
     ///
     /// Two areas on one canvas stray alike, so that the water and the pigment of one stroke have the same edge.
     pub fn cover(&self, canvas: &Canvas<'_>, map: Option<&Raster<f32>>) -> Coverage {
+        self.cover_by(canvas, map, |distance| {
+            if self.soft_mm > 0.0 { 0.5 - distance / self.soft_mm } else { f64::from(u8::from(distance < 0.0)) }
+        })
+    }
+
+    /// The same, rising from the edge inward over a length: a brush holds less water at its rim than in its belly.
+    pub fn cover_tapered(
+        &self,
+        canvas: &Canvas<'_>,
+        map: Option<&Raster<f32>>,
+        taper_mm: f64,
+    ) -> Coverage {
+        self.cover_by(canvas, map, |distance| -distance / taper_mm)
+    }
+
+    /// Lays the area on a canvas; `covered` tells from the distance inside its edge, negative, how far a place is covered.
+    fn cover_by(
+        &self,
+        canvas: &Canvas<'_>,
+        map: Option<&Raster<f32>>,
+        covered: impl Fn(f64) -> f64,
+    ) -> Coverage {
         let (width, height) = (canvas.height.width(), canvas.height.height());
         let reach = self.soft_mm + self.ragged_mm;
         let [columns, rows] = self.extent([width, height], canvas.cells_per_mm);
@@ -212,16 +237,11 @@ impl Area {
             }
             let mut distance = self.shape.distance(at);
             // The noise is dear; far from the edge it changes nothing.
-            if self.ragged_mm > 0.0 && distance.abs() < reach {
+            if self.ragged_mm > 0.0 && distance.abs() < reach + TAPER_MM {
                 let scaled = at.map(|mm| mm / self.ragged_scale_mm);
                 distance += self.ragged_mm * noise.fbm(scaled, Fractal { octaves: 5, gain: 0.55 });
             }
-            let covered = if self.soft_mm > 0.0 {
-                0.5 - distance / self.soft_mm
-            } else {
-                f64::from(u8::from(distance < 0.0))
-            };
-            let covered = covered.clamp(0.0, 1.0);
+            let covered = covered(distance).clamp(0.0, 1.0);
             (covered * covered * (3.0 - 2.0 * covered)) as f32
         });
         Coverage { x: x0, y: y0, amount }

@@ -1,6 +1,6 @@
 //! The document: a sheet, and glazes as logs of what the painter did.
 //!
-//! Lengths are millimetres of paper; nothing here knows a cell. The same TOML holds the gallery's recipes and anybody's
+//! Lengths are millimetres of paper and times reference steps; nothing here knows a cell. The same TOML holds the gallery's recipes and anybody's
 //! own paintings:
 //!
 //! ```
@@ -130,10 +130,42 @@ pub enum Event {
         /// How much of each of the glaze's pigments.
         amounts: Vec<f64>,
     },
+    /// A mark of a loaded brush: wets the paper, and adds water, less of it along the edge, and pigment.
+    Brush {
+        /// Where.
+        area: Area,
+        /// How deep a film.
+        water: f64,
+        /// How much of each of the glaze's pigments.
+        amounts: Vec<f64>,
+    },
+    /// Moistens the paper: pores fill, and what they cannot hold stands as film.
+    Moisten {
+        /// Where.
+        area: Area,
+        /// How much, in volumes of the pores.
+        volumes: f64,
+    },
+    /// Blots film, the pigment in it, and pore water.
+    Blot {
+        /// Where.
+        area: Area,
+        /// How much of what is there, 0 to 1.
+        fraction: f64,
+    },
+    /// Leans the board from now on.
+    Tilt {
+        /// How steeply, degrees.
+        degrees: f64,
+        /// Where down is, degrees: 0 to the right, 90 to the bottom.
+        toward: f64,
+    },
     /// Lets the water run.
     Run {
         /// For how many steps.
         steps: u32,
+        /// Ends earlier once no film is left.
+        until_dry: bool,
         /// Water added before every step.
         feed: Option<Feed>,
     },
@@ -146,6 +178,8 @@ pub enum Event {
     },
     /// Lets the wash dry.
     Dry {
+        /// Where; without it all of it.
+        area: Option<Area>,
         /// Water left in the pores where it was wet: at height 0, and more per height.
         damp: [f64; 2],
     },
@@ -258,12 +292,16 @@ fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {
         }
     }
     let events = table.tables("events", |event| read_event(event, pigments.len()))?.unwrap_or_default();
-    Ok(Glaze {
-        name: table.text("name")?.unwrap_or_default(),
-        model: table.table("wash", |wash| read_model(wash, WashModel::default()))?.unwrap_or_default(),
-        events,
-        pigments,
-    })
+    let model: WashModel = table.table("wash", |wash| read_model(wash, WashModel::default()))?.unwrap_or_default();
+    if let (WashModel::C97 { .. }, Some(at)) = (
+        model,
+        events.iter().position(|event| matches!(event, Event::Tilt { .. } | Event::Run { until_dry: true, .. })),
+    ) {
+        let message = format!("event {} is of the living wash, and the glaze runs by C97", at + 1);
+        let hint = "C97 does not dry by itself nor run down a board; give `model = \"living\"` under `[glaze.wash]`";
+        return Err(table.fault("events", message).hint(hint));
+    }
+    Ok(Glaze { name: table.text("name")?.unwrap_or_default(), model, events, pigments })
 }
 
 #[derive(Clone, Copy)]
@@ -271,6 +309,10 @@ enum Deed {
     Wet,
     Water,
     Pigment,
+    Brush,
+    Moisten,
+    Blot,
+    Tilt,
     Run,
     Lift,
     Dry,
@@ -281,27 +323,44 @@ fn read_event(table: &Table<'_>, pigments: usize) -> Result<Event, Fault> {
         ("wet", Deed::Wet),
         ("water", Deed::Water),
         ("pigment", Deed::Pigment),
+        ("brush", Deed::Brush),
+        ("moisten", Deed::Moisten),
+        ("blot", Deed::Blot),
+        ("tilt", Deed::Tilt),
         ("run", Deed::Run),
         ("lift", Deed::Lift),
         ("dry", Deed::Dry),
     ];
     let deed = table.word("do", &deeds)?.ok_or_else(|| {
-        table.fault("do", "an event lacks `do`").hint("it is one of wet, water, pigment, run, lift, dry")
+        let words: Vec<&str> = deeds.iter().map(|(word, _)| *word).collect();
+        table.fault("do", "an event lacks `do`").hint(format!("it is one of {}", words.join(", ")))
     })?;
     let area = || Ok(table.table("area", Area::read)?.unwrap_or_default());
+    let amounts = || {
+        let amounts = table.real_list("amounts", 0.0..=100.0)?.unwrap_or_default();
+        if amounts.len() == pigments {
+            return Ok(amounts);
+        }
+        let message = format!("`amounts` has {} numbers for {pigments} pigments", amounts.len());
+        Err(table.fault("amounts", message).hint("give one amount for each of the glaze's pigments"))
+    };
     match deed {
         Deed::Wet => Ok(Event::Wet { area: area()? }),
         Deed::Water => Ok(Event::Water { area: area()?, amount: table.need_real("amount", -100.0..=100.0)? }),
         Deed::Lift => Ok(Event::Lift { area: area()?, fraction: table.need_real("fraction", 0.0..=1.0)? }),
-        Deed::Pigment => {
-            let amounts = table.real_list("amounts", 0.0..=100.0)?.unwrap_or_default();
-            if amounts.len() == pigments {
-                Ok(Event::Pigment { area: area()?, amounts })
-            } else {
-                let message = format!("`amounts` has {} numbers for {pigments} pigments", amounts.len());
-                Err(table.fault("amounts", message).hint("give one amount for each of the glaze's pigments"))
-            }
+        Deed::Pigment => Ok(Event::Pigment { area: area()?, amounts: amounts()? }),
+        Deed::Brush => {
+            let water = table.need_real("water", 0.0..=100.0)?;
+            Ok(Event::Brush { area: area()?, water, amounts: amounts()? })
         }
+        Deed::Moisten => {
+            Ok(Event::Moisten { area: area()?, volumes: table.need_real("volumes", 0.0..=100.0)? })
+        }
+        Deed::Blot => Ok(Event::Blot { area: area()?, fraction: table.need_real("fraction", 0.0..=1.0)? }),
+        Deed::Tilt => Ok(Event::Tilt {
+            degrees: table.need_real("degrees", 0.0..=90.0)?,
+            toward: table.real("toward", -360.0..=360.0)?.unwrap_or(90.0),
+        }),
         Deed::Run => {
             let steps = table.count("steps", 0..=MAX_STEPS)?;
             let steps = steps.ok_or_else(|| {
@@ -314,9 +373,13 @@ fn read_event(table: &Table<'_>, pigments: usize) -> Result<Event, Fault> {
                     level: feed.real("level", 0.001..=1000.0)?.unwrap_or(4.0),
                 })
             })?;
-            Ok(Event::Run { steps, feed })
+            let until_dry = table.word("until", &[("dry", true)])?.unwrap_or(false);
+            Ok(Event::Run { steps, until_dry, feed })
         }
-        Deed::Dry => Ok(Event::Dry { damp: table.reals::<2>("damp", -2.0..=2.0)?.unwrap_or([0.0, 0.0]) }),
+        Deed::Dry => Ok(Event::Dry {
+            area: table.table("area", Area::read)?,
+            damp: table.reals::<2>("damp", -2.0..=2.0)?.unwrap_or([0.0, 0.0]),
+        }),
     }
 }
 

@@ -86,13 +86,18 @@ pub fn of_document(document: &Document) -> Option<u64> {
                 Event::Wet { area }
                 | Event::Water { area, .. }
                 | Event::Pigment { area, .. }
+                | Event::Brush { area, .. }
+                | Event::Moisten { area, .. }
+                | Event::Blot { area, .. }
                 | Event::Lift { area, .. } => Some(area),
                 Event::Run { feed, .. } => feed.as_ref().map(|feed| &feed.area),
-                Event::Dry { .. } => None,
+                Event::Dry { area, .. } => area.as_ref(),
+                Event::Tilt { .. } => None,
             };
             let cells = area.map_or(0, covered);
             bytes += 4 * cells;
-            wet += if matches!(event, Event::Wet { .. }) { cells } else { 0 };
+            let wets = matches!(event, Event::Wet { .. } | Event::Brush { .. } | Event::Moisten { .. });
+            wet += if wets { cells } else { 0 };
         }
         bytes += 4 * cells + running(wet.min(cells), glaze.pigments.len(), &glaze.model, layout);
     }

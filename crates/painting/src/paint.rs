@@ -4,12 +4,12 @@ use std::sync::atomic::AtomicBool;
 
 use girtin_grid::Raster;
 use girtin_optics::LinearRgb;
-use girtin_wash::{Patch, RunConfig, RunError, StateError, Wash, WashState};
+use girtin_wash::{Ledger, Patch, RunConfig, RunError, StateError, Wash, WashModel, WashState};
 
 use crate::area::Coverage;
 use crate::composite::lay_over;
 use crate::document::{Document, Stock};
-use crate::resolve::{Deed, Plan, PlannedGlaze, ResolveError};
+use crate::resolve::{Deed, Plan, PlannedGlaze, PlannedRun, ResolveError};
 
 /// How a document is painted; nothing here changes a bit of the result.
 #[derive(Clone, Copy, Default)]
@@ -139,7 +139,11 @@ fn simulate(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<(WashState, Vec<[f64; 2]>), PaintError> {
     let pigments = glaze.handlings.len();
-    let mut wash = Wash::new(WashState::dry(&plan.height, pigments), glaze.model, glaze.handlings.clone())
+    let mut state = WashState::dry(&plan.height, pigments);
+    if matches!(glaze.model, WashModel::Living(_)) {
+        state.ledger = Some(Ledger::new(plan.cells_per_mm));
+    }
+    let mut wash = Wash::new(state, glaze.model, glaze.handlings.clone())
         .map_err(|source| PaintError::State { glaze: index, source })?;
     let mut balances = vec![[0.0; 2]; pigments];
     let mut done = 0;
@@ -171,10 +175,17 @@ fn simulate(
                 wash.dry();
                 wash.soak(Patch::whole(&damp));
             }
-            Deed::Run(steps, feed) => {
-                let failed = |before: u64| {
-                    move |source| PaintError::Run { glaze: index, source: counted_from(before, source) }
-                };
+            Deed::Moisten(coverage) => {
+                wash.moisten(patch(coverage));
+            }
+            Deed::Blot(coverage) => {
+                for (balance, blotted) in balances.iter_mut().zip(wash.blot(patch(coverage)).pigments) {
+                    balance[1] += blotted;
+                }
+            }
+            Deed::Tilt(degrees, toward) => wash.tilt(*degrees, *toward),
+            Deed::DryWithin(coverage) => wash.dry_within(patch(coverage)),
+            Deed::Run(planned) => {
                 let report = |steps| progress(done + steps);
                 let run = RunConfig {
                     threads: config.threads,
@@ -182,27 +193,48 @@ fn simulate(
                     progress: Some(&report),
                     ..RunConfig::default()
                 };
-                match feed {
-                    None => wash.run(u64::from(*steps), &run).map(|_| ()).map_err(failed(done))?,
-                    Some((feed, level)) => {
-                        for step in 0..u64::from(*steps) {
-                            let pressure = &wash.state().pressure;
-                            let thirsty =
-                                Raster::from_fn(feed.amount.width(), feed.amount.height(), |x, y| {
-                                    let full = pressure.cells(feed.y + y)[feed.x + x] >= *level;
-                                    if full { 0.0 } else { feed.amount.at(x, y) }
-                                });
-                            wash.add_water(Patch { amounts: &thirsty, ..patch(feed) });
-                            wash.run(1, &RunConfig { progress: None, ..run }).map_err(failed(done + step))?;
-                            report(step + 1);
-                        }
-                    }
-                }
-                done += u64::from(*steps);
+                run_for(&mut wash, planned, &run)
+                    .map_err(|source| PaintError::Run { glaze: index, source: counted_from(done, source) })?;
+                done += u64::from(planned.steps);
             }
         }
     }
     Ok((wash.into_state(), balances))
+}
+
+/// Steps between looks at whether a wash is dry.
+const STEPS_TO_LOOK: u64 = 8;
+
+/// Lets a wash run as planned.
+fn run_for(wash: &mut Wash, planned: &PlannedRun, config: &RunConfig<'_>) -> Result<(), RunError> {
+    let steps = u64::from(planned.steps);
+    // Water is fed before every step; dryness need not be looked for as often.
+    let stride = match (&planned.feed, planned.until_dry) {
+        (Some(_), _) => 1,
+        (None, true) => STEPS_TO_LOOK,
+        (None, false) => steps.max(1),
+    };
+    let mut done = 0;
+    while done < steps && !(planned.until_dry && wash.is_dry()) {
+        if let Some((feed, level)) = &planned.feed {
+            let pressure = &wash.state().pressure;
+            let thirsty = Raster::from_fn(feed.amount.width(), feed.amount.height(), |x, y| {
+                let full = pressure.cells(feed.y + y)[feed.x + x] >= *level;
+                if full { 0.0 } else { feed.amount.at(x, y) }
+            });
+            wash.add_water(Patch { amounts: &thirsty, ..patch(feed) });
+        }
+        let now = stride.min(steps - done);
+        let report = |step| {
+            if let Some(progress) = config.progress {
+                progress(done + step);
+            }
+        };
+        wash.run(now, &RunConfig { progress: Some(&report), ..*config })
+            .map_err(|source| counted_from(done, source))?;
+        done += now;
+    }
+    Ok(())
 }
 
 /// The error with its steps counted from the glaze's first.

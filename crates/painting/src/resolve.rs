@@ -9,8 +9,8 @@ use girtin_paper::{HeightSource, Sheet};
 use girtin_params::Place;
 use girtin_wash::{PigmentHandling, WashModel};
 
-use crate::area::{Area, Canvas, Coverage, Shape};
-use crate::document::{Document, Event, Stock};
+use crate::area::{Area, Canvas, Coverage, Shape, TAPER_MM};
+use crate::document::{Document, Event, Glaze, Stock};
 use crate::map_file::{self, MapError};
 use crate::memory;
 use crate::picture::PictureLimits;
@@ -54,12 +54,31 @@ pub enum Deed {
     Water(Coverage),
     /// Adds amounts of each pigment where covered.
     Pigment(Coverage, Vec<f64>),
-    /// Runs, with water added before every step where the pressure is below a level.
-    Run(u32, Option<(Coverage, f32)>),
+    /// Moistens, in volumes of the pores.
+    Moisten(Coverage),
+    /// Blots a fraction.
+    Blot(Coverage),
+    /// Leans the board: how steeply, and where down is, degrees.
+    Tilt(f64, f64),
+    /// Runs so many steps.
+    Run(PlannedRun),
     /// Lifts a fraction.
     Lift(Coverage),
-    /// Dries; water stays in the pores where it was wet.
+    /// Dries all; water stays in the pores where it was wet.
     Dry([f64; 2]),
+    /// Dries a fraction.
+    DryWithin(Coverage),
+}
+
+/// A run on cells.
+#[derive(Clone, Debug)]
+pub struct PlannedRun {
+    /// Steps at most.
+    pub steps: u32,
+    /// Ends once no film is left.
+    pub until_dry: bool,
+    /// Water added before every step where the pressure is below a level.
+    pub feed: Option<(Coverage, f32)>,
 }
 
 /// Why a document cannot be resolved.
@@ -147,11 +166,7 @@ impl Document {
                 paints: pigments.iter().map(|pigment| pigment.coefficients).collect(),
                 handlings: pigments.iter().map(|pigment| handling_of(pigment)).collect(),
                 model: glaze.model,
-                deeds: glaze
-                    .events
-                    .iter()
-                    .map(|event| event.resolve(&canvas, open))
-                    .collect::<Result<_, _>>()?,
+                deeds: glaze.deeds(&canvas, open)?,
             })
         });
         let glazes = glazes.collect::<Result<_, ResolveError>>()?;
@@ -163,38 +178,67 @@ impl Document {
     }
 }
 
+impl Glaze {
+    fn deeds(
+        &self,
+        canvas: &Canvas<'_>,
+        open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+    ) -> Result<Vec<Deed>, ResolveError> {
+        let mut deeds = Vec::new();
+        for event in &self.events {
+            event.resolve(canvas, open, &mut deeds)?;
+        }
+        Ok(deeds)
+    }
+}
+
 impl Event {
     fn resolve(
         &self,
         canvas: &Canvas<'_>,
         open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-    ) -> Result<Deed, ResolveError> {
+        deeds: &mut Vec<Deed>,
+    ) -> Result<(), ResolveError> {
         let cover = |area: &Area| cover(area, canvas, open);
-        let scaled = |area: &Area, by: f64| -> Result<Coverage, ResolveError> {
+        let scaled = |area: &Area, by: f64| Ok::<_, ResolveError>(times(cover(area)?, by));
+        let wet = |area: &Area| {
             let mut coverage = cover(area)?;
-            coverage.amount.as_mut_slice().iter_mut().for_each(|amount| *amount *= by as f32);
-            Ok(coverage)
+            let wet = |amount: &mut f32| *amount = f32::from(u8::from(*amount >= 0.5));
+            coverage.amount.as_mut_slice().iter_mut().for_each(wet);
+            Ok::<_, ResolveError>(coverage)
         };
-        Ok(match self {
-            Self::Wet { area } => {
-                let mut coverage = cover(area)?;
-                let wet = |amount: &mut f32| *amount = f32::from(u8::from(*amount >= 0.5));
-                coverage.amount.as_mut_slice().iter_mut().for_each(wet);
-                Deed::Wet(coverage)
-            }
+        let last = match self {
+            Self::Wet { area } => Deed::Wet(wet(area)?),
             Self::Water { area, amount } => Deed::Water(scaled(area, *amount)?),
             Self::Pigment { area, amounts } => Deed::Pigment(cover(area)?, amounts.clone()),
-            Self::Run { steps, feed } => {
-                let feed = feed
-                    .as_ref()
-                    .map(|feed| Ok::<_, ResolveError>((scaled(&feed.area, feed.amount)?, feed.level as f32)));
-                let feed = feed.transpose()?;
-                Deed::Run(*steps, feed)
+            Self::Brush { area, water, amounts } => {
+                deeds.push(Deed::Wet(wet(area)?));
+                let map = map_of(area, open)?;
+                deeds.push(Deed::Water(times(area.cover_tapered(canvas, map.as_ref(), TAPER_MM), *water)));
+                Deed::Pigment(cover(area)?, amounts.clone())
+            }
+            Self::Moisten { area, volumes } => Deed::Moisten(scaled(area, *volumes)?),
+            Self::Blot { area, fraction } => Deed::Blot(scaled(area, *fraction)?),
+            Self::Tilt { degrees, toward } => Deed::Tilt(*degrees, *toward),
+            Self::Run { steps, until_dry, feed } => {
+                let feed = feed.as_ref().map(|feed| {
+                    Ok::<_, ResolveError>((scaled(&feed.area, feed.amount)?, feed.level as f32))
+                });
+                Deed::Run(PlannedRun { steps: *steps, until_dry: *until_dry, feed: feed.transpose()? })
             }
             Self::Lift { area, fraction } => Deed::Lift(scaled(area, *fraction)?),
-            Self::Dry { damp } => Deed::Dry(*damp),
-        })
+            Self::Dry { area: Some(area), .. } => Deed::DryWithin(cover(area)?),
+            Self::Dry { area: None, damp } => Deed::Dry(*damp),
+        };
+        deeds.push(last);
+        Ok(())
     }
+}
+
+/// A coverage with all amounts so many times as large.
+fn times(mut coverage: Coverage, by: f64) -> Coverage {
+    coverage.amount.as_mut_slice().iter_mut().for_each(|amount| *amount *= by as f32);
+    coverage
 }
 
 fn cover(
@@ -202,11 +246,18 @@ fn cover(
     canvas: &Canvas<'_>,
     open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
 ) -> Result<Coverage, ResolveError> {
-    let map = match &area.shape {
-        Shape::Map { file, place } => Some(load(file, place, open)?),
-        _ => None,
-    };
-    Ok(area.cover(canvas, map.as_ref()))
+    Ok(area.cover(canvas, map_of(area, open)?.as_ref()))
+}
+
+/// The raster of an area that is a map.
+fn map_of(
+    area: &Area,
+    open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+) -> Result<Option<Raster<f32>>, ResolveError> {
+    match &area.shape {
+        Shape::Map { file, place } => load(file, place, open).map(Some),
+        _ => Ok(None),
+    }
 }
 
 /// Covers the ground with opaque color.

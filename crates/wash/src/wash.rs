@@ -324,6 +324,12 @@ impl Wash {
         self.state.ledger.map_or(REFERENCE, |ledger| ledger.cells_per_mm)
     }
 
+    /// Whether no paper is wet; pores may still be damp.
+    pub fn is_dry(&self) -> bool {
+        let layout = self.state.layout();
+        layout.rows().all(|row| self.state.wet_mask.row(row).iter().all(|&wet| wet == 0))
+    }
+
     /// The water that is there.
     ///
     /// Of a living wash that is film and pore water, film × reference cells (0.25 mm square), so that
