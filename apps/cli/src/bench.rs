@@ -3,6 +3,7 @@
 //! A step is compared with copying the fields that it has to touch, on the same machine in the same moment: the ratio
 //! says more than milliseconds of an unknown processor.
 
+use std::fmt::{self, Display};
 use std::hint::black_box;
 use std::time::Instant;
 
@@ -12,7 +13,7 @@ use girtin::grid::{Layout, Raster};
 use girtin::optics::Library;
 use girtin::painting::handling_of;
 use girtin::paper::{HeightSource, Papers, Sheet};
-use girtin::wash::{C97Params, Engine, RunConfig, Wash, WashModel, WashState};
+use girtin::wash::{C97Params, Engine, LivingParams, RunConfig, Wash, WashModel, WashState};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -40,7 +41,8 @@ enum What {
 
 /// Measures a step of the wash against copying its fields
 ///
-/// One pigment, no capillary layer, all wet but in the sparse cases. A copy is that of the fields which a step cannot
+/// C97: one pigment, no capillary layer. Living: 4 cells a mm, film 0.7, full pores, no evaporation, the first 50 steps.
+/// All wet but in the sparse cases. A copy is that of the fields which a step cannot
 /// avoid, 25 bytes a cell, on one thread, measured in turns with the steps. Figures are medians of several rounds;
 /// `best` is the ratio of the fastest, for machines that do other work as well.
 #[derive(Debug, clap::Args)]
@@ -68,14 +70,19 @@ struct WashBenchArgs {
 pub fn run(args: &BenchArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let What::Wash(args) = &args.what;
     let bench = Bench { args, interrupt, patch: patch(), min_seconds: if args.quick { 0.02 } else { 0.1 } };
+    let subjects = [
+        Subject::C97 { sweeps: 2 },
+        Subject::C97 { sweeps: 50 },
+        Subject::Living { pigments: 1 },
+        Subject::Living { pigments: 2 },
+    ];
     let mut dense = Vec::new();
     for (width, height) in [(640, 480), (2048, 2048)] {
-        for sweeps in [2, 50] {
+        for subject in subjects {
             for threads in [2, 1] {
                 let plural = if threads == 1 { "" } else { "s" };
-                args.talk
-                    .say(&format!("girtin: {width} × {height}, {sweeps} sweeps, {threads} thread{plural}"));
-                let row = bench.dense(width, height, sweeps, threads)?;
+                args.talk.say(&format!("girtin: {width} × {height}, {subject}, {threads} thread{plural}"));
+                let row = bench.dense(width, height, subject, threads)?;
                 args.talk.detail(&format!("{:.2} ms a step, {:.2} copies", 1e3 * row.step_s, row.ratio()));
                 dense.push(row);
             }
@@ -112,13 +119,56 @@ fn patch() -> Raster<f32> {
     })
 }
 
+/// What is measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Subject {
+    C97 { sweeps: u32 },
+    Living { pigments: usize },
+}
+
+impl Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::C97 { sweeps } => write!(f, "c97, {sweeps} sweeps"),
+            Self::Living { pigments: 1 } => write!(f, "living, 1 pigment"),
+            Self::Living { pigments } => write!(f, "living, {pigments} pigments"),
+        }
+    }
+}
+
+impl Subject {
+    fn pigments(self) -> usize {
+        match self {
+            Self::C97 { .. } => 1,
+            Self::Living { pigments } => pigments,
+        }
+    }
+
+    fn model(self) -> WashModel {
+        match self {
+            // A tolerance of 0 is never reached: every step takes all its sweeps.
+            Self::C97 { sweeps } => WashModel::C97 {
+                params: C97Params { relax_max_sweeps: sweeps, relax_tolerance: 0.0, ..C97Params::default() },
+                capillary: None,
+            },
+            Self::Living { .. } => {
+                WashModel::Living(LivingParams { evaporation: 0.0, ..LivingParams::default() })
+            }
+        }
+    }
+}
+
+/// Steps of a living wash that are measured: later its edge has dried too far to be called all wet.
+const LIVING_STEPS: u64 = 50;
+
 /// A rectangle of cells: column, row, columns, rows.
 type Rect = [usize; 4];
 
 impl Bench<'_> {
     /// A wash on a canvas, wet in these rectangles.
-    fn wash(&self, width: usize, height: usize, wet: &[Rect], sweeps: u32) -> Result<Wash, Failure> {
-        let mut state = WashState::empty(Layout::new(width, height), 1);
+    fn wash(&self, width: usize, height: usize, wet: &[Rect], subject: Subject) -> Result<Wash, Failure> {
+        let mut state = WashState::empty(Layout::new(width, height), subject.pigments());
+        let film = if matches!(subject, Subject::Living { .. }) { 0.7 } else { 0.5 };
         for &[x, y, columns, rows] in wet {
             for y in y..y + rows {
                 let run = x..x + columns;
@@ -126,16 +176,23 @@ impl Bench<'_> {
                 for x in run.clone() {
                     state.height.cells_mut(y)[x] = ground[x % PATCH];
                 }
+                if let WashModel::Living(params) = subject.model() {
+                    let [least, most] = params.capacity;
+                    for x in run.clone() {
+                        let capacity = f64::from(ground[x % PATCH]) * (most - least) + least;
+                        state.saturation.cells_mut(y)[x] = capacity as f32;
+                    }
+                }
                 state.wet_mask.cells_mut(y)[run.clone()].fill(1);
-                state.pressure.cells_mut(y)[run.clone()].fill(0.5);
-                state.suspended[0].cells_mut(y)[run].fill(0.4);
+                state.pressure.cells_mut(y)[run.clone()].fill(film);
+                for suspended in &mut state.suspended {
+                    suspended.cells_mut(y)[run.clone()].fill(0.4);
+                }
             }
         }
-        // A tolerance of 0 is never reached: every step takes all its sweeps.
-        let params = C97Params { relax_max_sweeps: sweeps, relax_tolerance: 0.0, ..C97Params::default() };
         let handling = Library::builtin().get("french-ultramarine").map(handling_of);
         let handling = handling.map_err(Failure::failed)?;
-        Wash::new(state, WashModel::C97 { params, capillary: None }, vec![handling]).map_err(Failure::failed)
+        Wash::new(state, subject.model(), vec![handling; subject.pigments()]).map_err(Failure::failed)
     }
 
     /// Seconds a step.
@@ -164,23 +221,28 @@ impl Bench<'_> {
     }
 
     /// A canvas that is wet all over.
-    fn dense(&self, width: usize, height: usize, sweeps: u32, threads: usize) -> Result<Dense, Failure> {
-        let mut wash = self.wash(width, height, &[[0, 0, width, height]], sweeps)?;
+    fn dense(&self, width: usize, height: usize, subject: Subject, threads: usize) -> Result<Dense, Failure> {
+        let whole = [[0, 0, width, height]];
+        let mut wash = self.wash(width, height, &whole, subject)?;
         let mut fields = Fields::new(width * height);
         // The first steps set things up, and meet paper and water at rest.
         self.steps(&mut wash, 4, threads)?;
         fields.copy(1);
-        let steps = self.repeats(self.steps(&mut wash, 2, threads)?);
+        let is_living = matches!(subject, Subject::Living { .. });
+        let steps = if is_living { LIVING_STEPS } else { self.repeats(self.steps(&mut wash, 2, threads)?) };
         let copies = self.repeats(fields.copy(2));
         let (mut step_s, mut copy_s) = (Vec::new(), Vec::new());
         for _ in 0..self.rounds() {
+            if is_living {
+                wash = self.wash(width, height, &whole, subject)?;
+            }
             step_s.push(self.steps(&mut wash, steps, threads)?);
             copy_s.push(fields.copy(copies));
         }
         let best_ratio = least(&step_s) / least(&copy_s);
         let (step_s, copy_s) = (median(step_s), median(copy_s));
         let max_speed = wash.state().max_speed();
-        Ok(Dense { width, height, sweeps, threads, step_s, copy_s, best_ratio, max_speed })
+        Ok(Dense { width, height, subject, threads, step_s, copy_s, best_ratio, max_speed })
     }
 
     /// Canvases that are mostly dry, each against one that is not.
@@ -188,12 +250,13 @@ impl Bench<'_> {
         self.args.talk.say("girtin: a wash of 512 × 512 on a canvas of 8192 × 8192");
         let side = 512;
         let island = [4096, 4096, side, side];
-        let small = self.wash(side, side, &[[0, 0, side, side]], 2)?;
-        let large = self.wash(8192, 8192, &[island], 2)?;
+        let subject = Subject::C97 { sweeps: 2 };
+        let small = self.wash(side, side, &[[0, 0, side, side]], subject)?;
+        let large = self.wash(8192, 8192, &[island], subject)?;
         let mut list = vec![self.compare("512 × 512 on 8192 × 8192 / alone", large, small)?];
         self.args.talk.say("girtin: strokes on a tenth of 4096 × 4096");
-        let strokes = self.wash(4096, 4096, &strokes(), 2)?;
-        let dense = self.wash(2048, 2048, &[[0, 0, 2048, 2048]], 2)?;
+        let strokes = self.wash(4096, 4096, &strokes(), subject)?;
+        let dense = self.wash(2048, 2048, &[[0, 0, 2048, 2048]], subject)?;
         list.push(self.compare("strokes on 10 % of 4096 × 4096 / 2048 × 2048 all wet", strokes, dense)?);
         Ok(list)
     }
@@ -284,7 +347,7 @@ impl Fields {
 struct Dense {
     width: usize,
     height: usize,
-    sweeps: u32,
+    subject: Subject,
     threads: usize,
     step_s: f64,
     copy_s: f64,
@@ -300,9 +363,13 @@ impl Dense {
     }
 
     fn to_json(&self) -> Value {
+        let (model, sweeps) = match self.subject {
+            Subject::C97 { sweeps } => ("c97", Some(sweeps)),
+            Subject::Living { .. } => ("living", None),
+        };
         json!({
-            "width": self.width, "height": self.height, "sweeps": self.sweeps, "threads": self.threads,
-            "step_ms": self.step_s * 1e3, "copy_ms": self.copy_s * 1e3, "ratio": self.ratio(),
+            "width": self.width, "height": self.height, "model": model, "sweeps": sweeps,
+            "pigments": self.subject.pigments(), "threads": self.threads, "step_ms": self.step_s * 1e3, "copy_ms": self.copy_s * 1e3, "ratio": self.ratio(),
             "best_ratio": self.best_ratio, "max_speed": self.max_speed,
         })
     }
@@ -323,12 +390,13 @@ impl Sparse {
 }
 
 fn table(dense: &[Dense], sparse: &[Sparse]) -> String {
-    let mut page = String::from("size         sweeps  threads  ms/step  ms/copy   ratio    best\n");
+    let mut page =
+        String::from("size         model               threads  ms/step  ms/copy   ratio    best\n");
     for row in dense {
         page += &format!(
-            "{:<11}  {:>6}  {:>7}  {:>7.3}  {:>7.3}  {:>6.2}  {:>6.2}\n",
+            "{:<11}  {:<18}  {:>7}  {:>7.3}  {:>7.3}  {:>6.2}  {:>6.2}\n",
             format!("{} × {}", row.width, row.height),
-            row.sweeps,
+            row.subject.to_string(),
             row.threads,
             row.step_s * 1e3,
             row.copy_s * 1e3,
@@ -339,15 +407,16 @@ fn table(dense: &[Dense], sparse: &[Sparse]) -> String {
     page += "\nspeed-up from 1 thread to 2\n";
     for two in dense.iter().filter(|row| row.threads == 2) {
         let is_same = |row: &&Dense| {
-            (row.width, row.height, row.sweeps, row.threads) == (two.width, two.height, two.sweeps, 1)
+            (row.width, row.height, row.subject, row.threads) == (two.width, two.height, two.subject, 1)
         };
         if let Some(one) = dense.iter().find(is_same) {
             let size = format!("{} × {}", two.width, two.height);
-            page += &format!("{size:<11}  {:>2} sweeps  {:.2}\n", two.sweeps, one.step_s / two.step_s);
+            let subject = two.subject.to_string();
+            page += &format!("{size:<11}  {subject:<18}  {:.2}\n", one.step_s / two.step_s);
         }
     }
     if !sparse.is_empty() {
-        page += "\nns a step and wet cell, 2 sweeps, 2 threads\n";
+        page += "\nns a step and wet cell, c97, 2 sweeps, 2 threads\n";
     }
     for row in sparse {
         let ratio = row.sparse_ns / row.dense_ns;

@@ -188,17 +188,16 @@ impl Area {
     /// Two areas on one canvas stray alike, so that the water and the pigment of one stroke have the same edge.
     pub fn cover(&self, canvas: &Canvas<'_>, map: Option<&Raster<f32>>) -> Coverage {
         self.cover_by(canvas, map, |distance| {
-            if self.soft_mm > 0.0 { 0.5 - distance / self.soft_mm } else { f64::from(u8::from(distance < 0.0)) }
+            if self.soft_mm > 0.0 {
+                0.5 - distance / self.soft_mm
+            } else {
+                f64::from(u8::from(distance < 0.0))
+            }
         })
     }
 
     /// The same, rising from the edge inward over a length: a brush holds less water at its rim than in its belly.
-    pub fn cover_tapered(
-        &self,
-        canvas: &Canvas<'_>,
-        map: Option<&Raster<f32>>,
-        taper_mm: f64,
-    ) -> Coverage {
+    pub fn cover_tapered(&self, canvas: &Canvas<'_>, map: Option<&Raster<f32>>, taper_mm: f64) -> Coverage {
         self.cover_by(canvas, map, |distance| -distance / taper_mm)
     }
 

@@ -292,13 +292,17 @@ fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {
         }
     }
     let events = table.tables("events", |event| read_event(event, pigments.len()))?.unwrap_or_default();
-    let model: WashModel = table.table("wash", |wash| read_model(wash, WashModel::default()))?.unwrap_or_default();
+    let model: WashModel =
+        table.table("wash", |wash| read_model(wash, WashModel::default()))?.unwrap_or_default();
     if let (WashModel::C97 { .. }, Some(at)) = (
         model,
-        events.iter().position(|event| matches!(event, Event::Tilt { .. } | Event::Run { until_dry: true, .. })),
+        events
+            .iter()
+            .position(|event| matches!(event, Event::Tilt { .. } | Event::Run { until_dry: true, .. })),
     ) {
         let message = format!("event {} is of the living wash, and the glaze runs by C97", at + 1);
-        let hint = "C97 does not dry by itself nor run down a board; give `model = \"living\"` under `[glaze.wash]`";
+        let hint =
+            "C97 does not dry by itself nor run down a board; give `model = \"living\"` under `[glaze.wash]`";
         return Err(table.fault("events", message).hint(hint));
     }
     Ok(Glaze { name: table.text("name")?.unwrap_or_default(), model, events, pigments })

@@ -221,9 +221,9 @@ impl Event {
             Self::Blot { area, fraction } => Deed::Blot(scaled(area, *fraction)?),
             Self::Tilt { degrees, toward } => Deed::Tilt(*degrees, *toward),
             Self::Run { steps, until_dry, feed } => {
-                let feed = feed.as_ref().map(|feed| {
-                    Ok::<_, ResolveError>((scaled(&feed.area, feed.amount)?, feed.level as f32))
-                });
+                let feed = feed
+                    .as_ref()
+                    .map(|feed| Ok::<_, ResolveError>((scaled(&feed.area, feed.amount)?, feed.level as f32)));
                 Deed::Run(PlannedRun { steps: *steps, until_dry: *until_dry, feed: feed.transpose()? })
             }
             Self::Lift { area, fraction } => Deed::Lift(scaled(area, *fraction)?),
