@@ -86,7 +86,8 @@ fn values(field: &Field<f32>) -> impl Iterator<Item = f64> {
 
 /// The fields by name, those of pigments numbered.
 fn fields(state: &WashState) -> Vec<(String, &Field<f32>)> {
-    let WashState { wet_mask: _, height, u, v, pressure, saturation, suspended, deposited, ledger: _ } = state;
+    let WashState { wet_mask: _, height, u, v, pressure, saturation, suspended, deposited, ledger: _ } =
+        state;
     let mut fields: Vec<(String, _)> = vec![
         ("height".into(), height),
         ("u".into(), u),
