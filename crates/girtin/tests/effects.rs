@@ -232,7 +232,7 @@ fn the_denser_pigment_settles_first() {
     let handlings =
         ["burnt-umber", "french-ultramarine"].map(|name| handling_of(stock.pigments.get(name).unwrap()));
     let mut wash =
-        Wash::new(WashState::dry(&Raster::new(20, 20, 0.5), 2), WashModel::default(), handlings.to_vec())
+        Wash::new(WashState::dry(&Raster::new(20, 20, 0.5), 2), WashModel::c97(), handlings.to_vec())
             .unwrap();
     let everywhere = Raster::new(20, 20, 1.0);
     wash.wet(Patch::whole(&everywhere));
