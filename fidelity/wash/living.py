@@ -649,7 +649,7 @@ def dry(M, p, u, v, s, c, g, d, h, w_off, w_on, zeta):
                     continue
                 M[y, x] = 0
                 u[y, x] = u[y, x + 1] = v[y, x] = v[y + 1, x] = 0.0
-                a = min(p[y, x], zeta * max(0.0, c[y, x] - s[y, x]))
+                a = min(max(0.0, p[y, x]), zeta * max(0.0, c[y, x] - s[y, x]))
                 s[y, x] += a / zeta
                 lost += p[y, x] - a
                 p[y, x] = 0.0

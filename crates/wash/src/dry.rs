@@ -26,16 +26,13 @@ pub fn vanished(
         return;
     }
     let wet = |film: &[f32], mask: &[u8], x: usize| if mask[x] != 0 { film[x] } else { 0.0 };
-    for x in run.first..run.end {
-        if film.mask[x] == 0 || film.here[x] >= vanishing.thinnest * height[x] {
-            continue;
-        }
+    let is_gone = |&x: &usize| {
+        let is_thin = film.mask[x] != 0 && film.here[x] < vanishing.thinnest * height[x];
         let beside = wet(film.here, film.mask, x - 1).max(wet(film.here, film.mask, x + 1));
         let upright = wet(film.above, film.mask_above, x).max(wet(film.below, film.mask_below, x));
-        if beside.max(upright) <= vanishing.refilling {
-            gone.push(x);
-        }
-    }
+        is_thin && beside.max(upright) <= vanishing.refilling
+    };
+    gone.extend((run.first..run.end).filter(is_gone));
 }
 
 #[multiversion(targets("x86_64+avx2"))]

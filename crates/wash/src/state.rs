@@ -55,11 +55,12 @@ impl Ledger {
         let number = |name, value: f64, is_allowed: bool, allowed| {
             if is_allowed { Ok(()) } else { Err(StateError::Number { name, value, allowed }) }
         };
-        let amount = 0.0..=1e12;
+        // Below 0 where a film that was below 0 at the start has dried.
+        let amount = -1e12..=1e12;
         number("cells_per_mm", cells_per_mm, Self::CELLS_PER_MM.contains(&cells_per_mm), "from 0.5 to 64")?;
         number("contact_carry", contact_carry, (0.0..1.0).contains(&contact_carry), "from 0 to below 1")?;
-        number("evaporated", evaporated, amount.contains(&evaporated), "from 0 to 1e12")?;
-        number("blotted", blotted, amount.contains(&blotted), "from 0 to 1e12")
+        number("evaporated", evaporated, amount.contains(&evaporated), "from -1e12 to 1e12")?;
+        number("blotted", blotted, amount.contains(&blotted), "from -1e12 to 1e12")
     }
 }
 

@@ -206,7 +206,7 @@ impl Pool {
         let film = state.pressure.cells(y)[x];
         let saturation = &mut state.saturation.cells_mut(y)[x];
         let room = depth * (pores.capacity(state.height.cells(y)[x]) - *saturation).max(0.0);
-        let soaked = if film < room { film } else { room };
+        let soaked = if film < room { film.max(0.0) } else { room };
         let filled = *saturation + soaked / depth;
         let lost = f64::from(film) - f64::from(depth) * (f64::from(filled) - f64::from(*saturation));
         *saturation = filled;
