@@ -278,7 +278,7 @@ impl Wash {
                 Running::C97(run) => run.step(&task, cancel),
                 Running::Living(run) => {
                     let ledger = ledger.get_or_insert(Ledger::new(REFERENCE));
-                    run.step(&task, &mut self.state, ledger, cancel)
+                    run.step(&task, &mut self.state, ledger, done + 1 == steps, cancel)
                 }
             };
             match stepped {

@@ -4,7 +4,8 @@ use std::sync::atomic::AtomicBool;
 
 use super::pools::Pools;
 use super::stage::Stage;
-use super::{Stop, Task, go_on, substeps};
+use super::world::Found;
+use super::{LivingTask, Stop, Task, go_on, substeps};
 use crate::carry_packed::substep_speed;
 use crate::evaporate::QUANTA;
 use crate::relax_implicitly::Relaxation;
@@ -14,14 +15,21 @@ use crate::state::{Ledger, WashState};
 #[derive(Debug)]
 pub struct LivingRun {
     pub pools: Pools,
+    /// Bits of the largest speed that film may drive in the step to come, if its slope term is already added.
+    begun: Option<i32>,
 }
+
+/// What begins a step: notes the largest speed that film may drive in it.
+const BEGINNING: [Stage; 2] = [Stage::Mobility, Stage::AddSlope];
 
 impl LivingRun {
     pub fn new(pools: Pools) -> Self {
-        Self { pools }
+        Self { pools, begun: None }
     }
 
     /// One step; returns the number of iterations of the relaxation. `state` is what the pools were taken from.
+    ///
+    /// Unless the run ends here, the next step may be begun already.
     ///
     /// # Source
     /// `fidelity/wash/living.py`, `WashX.step`; its numbers are those of the comments below.
@@ -30,6 +38,7 @@ impl LivingRun {
         task: &Task,
         state: &mut WashState,
         ledger: &mut Ledger,
+        is_last: bool,
         cancel: &AtomicBool,
     ) -> Result<u32, Stop> {
         let Some(living) = &task.living else { return Ok(0) };
@@ -38,21 +47,17 @@ impl LivingRun {
             return Ok(0);
         }
         self.pools.settle_down(living.pore_passes);
-        // 1: momentum.
-        let fastest = self.update_velocities(task, cancel)?;
-        // 2: relaxation, then the water. 3: edge darkening and evaporation.
-        let relaxation =
-            Relaxation::new(living.compressibility, f32::from_bits(fastest as u32), living.scale);
-        let iterations = relaxation.iterations.len();
-        let (found, film_evaporated) = self.relax(task, &relaxation, living.widenings);
+        self.pools.renew_edges(task);
+        // 1: momentum. 2: relaxation, then the water. 3: edge darkening and evaporation.
+        let (iterations, water) = self.move_water(task, living, cancel)?;
+        go_on(water.outflow, cancel)?;
         // 4: pigment.
-        go_on(found, cancel)?;
-        let outflow = f32::from_bits(found as u32);
+        let outflow = f32::from_bits(water.outflow as u32);
         let speed = substep_speed(outflow, living.dispersion, living.diffusion);
         let n = substeps(speed.to_bits() as i32)?;
         let dt = 1.0 / n as f32;
         for _ in 1..n {
-            go_on(found, cancel)?;
+            go_on(water.outflow, cancel)?;
             self.pools.pass(task, &[Stage::CarryPacked(dt)]);
         }
         // 5: pores.
@@ -64,33 +69,52 @@ impl LivingRun {
             Stage::AbsorbFilm,
         ];
         stages.extend((0..living.pore_passes).map(Stage::Diffuse));
-        let found = self.pools.pass(task, &stages);
-        // 6: the contact line.
         let (carry, advances) = fraction_after(ledger.contact_carry, living.creep);
         ledger.contact_carry = carry;
+        // Where no film can vanish and none creeps, nothing stands between this step and the next.
+        let is_unbroken = !is_last && advances == 0 && living.outlasts_a_step(water.thinnest);
+        if is_unbroken {
+            stages.extend(BEGINNING);
+        }
+        let found = self.pools.pass(task, &stages);
+        self.begun = is_unbroken.then_some(found.speed);
+        // 6: the contact line.
         for _ in 0..advances {
             self.pools.creep(task, living);
         }
         let dried = self.pools.dry(task, living, found.thinnest, advances > 0);
         self.pools.look_again(task, state);
-        let film = (film_evaporated + dried) as f64 / QUANTA;
+        let film = (water.evaporated + dried) as f64 / QUANTA;
         let pores = found.pores_evaporated as f64 / QUANTA * f64::from(living.pore_depth);
         ledger.evaporated += (film + pores) / (living.scale * living.scale);
-        Ok(iterations as u32)
+        Ok(iterations)
     }
 
-    /// Returns the bits of the largest speed.
-    fn update_velocities(&mut self, task: &Task, cancel: &AtomicBool) -> Result<i32, Stop> {
+    /// Velocities, relaxation, film and evaporation; returns the number of iterations and what was found.
+    fn move_water(
+        &mut self,
+        task: &Task,
+        living: &LivingTask,
+        cancel: &AtomicBool,
+    ) -> Result<(u32, Found), Stop> {
         /// More sub-steps are not made for the sake of what pressure may do: the speed limit holds it.
         const MOST_FOR_PRESSURE: f32 = 64.0;
-        let found = self.pools.pass(task, &[Stage::Mobility, Stage::AddSlope]);
-        let drive = f32::from_bits(found.speed as u32);
-        let drive = if drive > MOST_FOR_PRESSURE { MOST_FOR_PRESSURE } else { drive };
+        let begun = self.begun.take();
+        let drive = begun.unwrap_or_else(|| self.pools.pass(task, &BEGINNING).speed);
+        let drive = f32::from_bits(drive as u32);
+        let capped = if drive > MOST_FOR_PRESSURE { MOST_FOR_PRESSURE } else { drive };
         let viscosity = 4.0 * task.momentum.viscosity;
         // Not f32::max: a value that is no number must be seen.
-        let speed = if drive < viscosity { viscosity } else { drive };
+        let speed = if capped < viscosity { viscosity } else { capped };
         let n = substeps(speed.to_bits() as i32)?;
         let dt = 1.0 / n as f32;
+        let relaxation = |fastest: f32| Relaxation::new(living.compressibility, fastest, living.scale);
+        if n == 1 && living.stays_slow(drive, task.momentum.viscosity) {
+            // However the flow turns out, it does not change the relaxation.
+            let found = self.relax(task, &relaxation(0.0), living.widenings, &[Stage::Advance(dt)]);
+            go_on(found.advanced, cancel)?;
+            return Ok(found_after(relaxation(0.0), found));
+        }
         let mut stages = vec![Stage::Advance(dt)];
         if n > 1 {
             stages.insert(0, Stage::Keep(dt));
@@ -102,14 +126,16 @@ impl LivingRun {
             stages = vec![Stage::Advance(dt)];
         }
         go_on(fastest, cancel)?;
-        Ok(fastest)
+        let relaxation = relaxation(f32::from_bits(fastest as u32));
+        let found = self.relax(task, &relaxation, living.widenings, &[]);
+        Ok(found_after(relaxation, found))
     }
 
-    /// Returns the bits of the largest sum of outflow speeds, and the film that evaporated.
-    fn relax(&mut self, task: &Task, relaxation: &Relaxation, widenings: usize) -> (i32, i64) {
+    /// Relaxes the flow after other stages, moves the film and dries it.
+    fn relax(&mut self, task: &Task, relaxation: &Relaxation, widenings: usize, before: &[Stage]) -> Found {
         let &Relaxation { compressibility, stiffness, start, ref iterations } = relaxation;
-        self.pools.renew_edges(task);
-        let mut stages = vec![Stage::BeginSolve { start }];
+        let mut stages = before.to_vec();
+        stages.push(Stage::BeginSolve { start });
         let numbered = iterations.iter().enumerate();
         stages.extend(numbered.map(|(i, &iteration)| Stage::Iterate { number: i + 1, iteration, stiffness }));
         stages.push(Stage::Project { iterations: iterations.len(), stiffness });
@@ -117,8 +143,30 @@ impl LivingRun {
         stages.extend((1..=widenings).map(|number| Stage::WidenShare(number, compressibility)));
         stages.push(Stage::MoveFilm(widenings, compressibility));
         stages.push(Stage::Evaporate);
-        let found = self.pools.pass(task, &stages);
-        (found.outflow, found.evaporated)
+        self.pools.pass(task, &stages)
+    }
+}
+
+fn found_after(relaxation: Relaxation, found: Found) -> (u32, Found) {
+    (relaxation.iterations.len() as u32, found)
+}
+
+impl LivingTask {
+    /// Whether flow that film may drive at `drive` cells a step, in one sub-step, stays too slow to change the
+    /// compressibility.
+    fn stays_slow(&self, drive: f32, viscosity: f32) -> bool {
+        // No face is faster than `drive`, pressure included. The squares differ by at most (2 drive)² / 4, the two corner
+        // products by 2 drive², and the Laplacian is at most 8 drive; the factor covers rounding.
+        let bound = (drive + 3.0 * drive * drive + 8.0 * viscosity * drive) * 1.0001;
+        let raised = Relaxation::new(self.compressibility, bound, self.scale).compressibility;
+        raised == self.compressibility as f32
+    }
+
+    /// Whether no film vanishes within the step if the thinnest one, bits, soaks in as fast as it can.
+    fn outlasts_a_step(&self, thinnest: i32) -> bool {
+        // No paper is higher than 1; the factor covers rounding. A film below 0, or none, does not.
+        let left = f32::from_bits(thinnest as u32) - self.most_soaked * 1.0001;
+        left > self.vanishing.thinnest
     }
 }
 

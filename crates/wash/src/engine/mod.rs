@@ -64,6 +64,8 @@ pub struct LivingTask {
     pub evaporation: f32,
     pub pore_evaporation: f32,
     pub pore_depth: f32,
+    /// The most film that soaks in in a step.
+    pub most_soaked: f32,
     pub rim_exponent: u32,
     /// Pigment diffusion, cells² per step.
     pub diffusion: f32,
@@ -143,6 +145,7 @@ impl Task {
                 evaporation: params.evaporation as f32,
                 pore_evaporation: params.pore_evaporation as f32,
                 pore_depth: params.pore_depth as f32,
+                most_soaked: (params.pore_depth * params.absorption) as f32,
                 rim_exponent: params.rim_exponent,
                 diffusion: (params.pigment_diffusion * cells_per_mm * cells_per_mm) as f32,
                 dispersion: (params.pigment_dispersion * cells_per_mm) as f32,

@@ -141,6 +141,7 @@ impl World<'_> {
                 thin = thin.min(left);
             }
         }
+        self.found.thinnest = self.found.thinnest.min(thin);
         if self.own.contains(&row) {
             self.found.evaporated += evaporated;
             living.facts.note_thinnest(row, thin);

@@ -1,8 +1,9 @@
 //! Rows for the other routines that only the living wash has.
 
 use crate::engine::world::{Place, World};
-use crate::evaporate::{cover, evaporate_pores};
+use crate::evaporate::{cover, evaporate_pores, thinnest};
 use crate::mobility::{keep, mobility};
+use crate::region::Run;
 use crate::settle::{AroundRows, fractions, settle};
 use crate::simulate_capillary_flow::absorb_film;
 use crate::update_velocities::FilmRows;
@@ -32,7 +33,14 @@ impl World<'_> {
         let Some(living) = &mut self.living else { return };
         let facts = living.facts;
         let film = living.task.film;
-        let is_free = [row - 1, row].iter().all(|&row| film.is_free(facts.thinnest(row)));
+        let is_free = [row - 1, row].iter().all(|&row| {
+            // Facts of a neighbour's rows may be changing; its rows themselves this band has for itself.
+            let of_run = |&run: &Run| thinnest(self.pressure.row(row), self.mask.row(row), run);
+            film.is_free(match self.own.contains(&row) {
+                true => facts.thinnest(row),
+                false => f32::from_bits(self.wet.runs(row).iter().map(of_run).min().unwrap_or(-1) as u32),
+            })
+        });
         if is_free && facts.is_free(row) {
             return;
         }
