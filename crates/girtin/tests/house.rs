@@ -135,12 +135,16 @@ fn every_crate_can_be_packed_alone() {
 fn the_table_of_parameters_is_current() {
     use girtin::params::manual::markdown;
     use girtin::params::row::Parameters;
-    use girtin::wash::{C97Params, Capillary};
+    use girtin::wash::{C97Params, Capillary, LivingParams};
 
     let page = format!(
         "# Parameters\n\nGenerated from the rows in the code; `GIRTIN_WRITE_GOLDENS=1 cargo test -p girtin --test house` \
-         writes it anew.\n\n## Wash, model `c97`\n\nKeys of `wash.toml` and of `[glaze.wash]`.\n\n{}\n\
+         writes it anew.\n\n## Wash, model `living`\n\nKeys of `[living]` in `wash.toml`, of `[glaze.wash.living]` in \
+         documents, and with `--living-` before them of `girtin wash`. Lengths are millimetres of paper, times reference \
+         steps, film is the depth of water that C97 calls pressure; the symbol is the name in \
+         `fidelity/wash/living.py`.\n\n{}\n## Wash, model `c97`\n\nKeys of `wash.toml` and of `[glaze.wash]`.\n\n{}\n\
          ## Capillary layer\n\nKeys of `[capillary]`; the layer is on when the table is there.\n\n{}",
+        markdown(LivingParams::ROWS),
         markdown(C97Params::ROWS),
         markdown(Capillary::ROWS),
     );
