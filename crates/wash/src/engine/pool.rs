@@ -21,7 +21,7 @@ use crate::state::WashState;
 /// Cells below which a second band costs more than it saves.
 const CELLS_WORTH_A_BAND: usize = 16384;
 /// Bands for each thread: more even out a load that rows share unevenly.
-const BANDS_PER_THREAD: usize = 2;
+const BANDS_PER_THREAD: usize = 1;
 
 /// A pool: a state, and what is kept of it from step to step.
 #[derive(Debug)]
