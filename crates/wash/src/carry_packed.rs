@@ -95,6 +95,30 @@ fn flux_kernel(flux: &mut [f32], faces: &FaceRows<'_>, spread: Spread) {
     }
 }
 
+/// As [`flux`], by the plain upstream scheme, which blurs what it carries: for pigment that flow mixes at least as much, and
+/// that is mixed by itself afterwards ([`Mixing`](crate::mix_pigment::Mixing)).
+pub fn flux_upstream(flux: &mut [f32], faces: &FaceRows<'_>, spread: Spread) {
+    flux_upstream_kernel(flux, faces, spread.dt);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn flux_upstream_kernel(flux: &mut [f32], faces: &FaceRows<'_>, dt: f32) {
+    let n = flux.len();
+    let [_, before, after, _] = faces.cells;
+    let (before, after) = (&before[..n], &after[..n]);
+    let [room_before, room_after] = faces.room;
+    let (room_before, room_after) = (&room_before[..n], &room_after[..n]);
+    let (speed, mobility) = (&faces.speed[..n], &faces.mobility[..n]);
+    for i in 0..n {
+        let way = speed[i] * dt;
+        // One of the two is 0: a choice between what lies up- and downstream would keep the loop from being vectors.
+        let forward = 0.5 * (way.abs() + way) * room_after[i];
+        let backward = 0.5 * (way.abs() - way) * room_before[i];
+        let carried = forward * before[i] - backward * after[i];
+        flux[i] = if mobility[i] > 0.0 { carried } else { 0.0 };
+    }
+}
+
 /// What goes `way` cells through a face. Takes values and divides in any case, so that no branch keeps the loop from
 /// being vectors.
 #[inline(always)]

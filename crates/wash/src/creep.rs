@@ -24,6 +24,14 @@ pub struct Edge {
     pub capacity_range: f32,
 }
 
+impl Edge {
+    /// The film that wets dry paper of this height whose pores are so full.
+    pub fn need(&self, height: f32, fill: f32) -> f32 {
+        let dryness = if fill < 1.0 { 1.0 - fill } else { 0.0 };
+        self.wetting + self.pinning * dryness * (1.0 + self.roughness * (2.0 * height - 1.0))
+    }
+}
+
 /// The fields that decide.
 #[derive(Clone, Copy, Debug)]
 pub struct Sheet<'a> {
@@ -73,8 +81,7 @@ impl Sheet<'_> {
     fn need(&self, edge: &Edge, (row, x): (usize, usize)) -> f32 {
         let height = self.height.row(row)[x];
         let fill = self.saturation.row(row)[x] / (height * edge.capacity_range + edge.capacity);
-        let dryness = if fill < 1.0 { 1.0 - fill } else { 0.0 };
-        edge.wetting + edge.pinning * dryness * (1.0 + edge.roughness * (2.0 * height - 1.0))
+        edge.need(height, fill)
     }
 
     /// Whether the film of `from` wets the dry cell `to`.

@@ -24,7 +24,7 @@ impl<'a> Patch<'a> {
     }
 
     /// Calls `each` with canvas column, canvas row and amount of every cell on a canvas of this size.
-    fn each(&self, width: usize, height: usize, mut each: impl FnMut(usize, usize, f32)) {
+    pub(crate) fn each(&self, width: usize, height: usize, mut each: impl FnMut(usize, usize, f32)) {
         for row in 0..self.amounts.height().min(height.saturating_sub(self.y)) {
             let amounts = self.amounts.row(row).iter().take(width.saturating_sub(self.x));
             for (column, &amount) in amounts.enumerate() {

@@ -9,6 +9,7 @@
 //! - [`pigment`]: how a pigment settles, stains and granulates;
 //! - [`state`]: every field at one moment;
 //! - [`wash`]: a state that runs; [`edit`]: water and pigment poured on and lifted between steps;
+//! - [`coarse`]: a cheap living wash, its water coarser than its pigment;
 //! - `region`: which cells are worth visiting;
 //! - one module of row kernels per routine of the paper, in the order of its main loop: [`update_velocities`],
 //!   [`relax_divergence`], [`flow_outward`], [`move_pigment`], [`transfer_pigment`], [`simulate_capillary_flow`];
@@ -42,6 +43,7 @@ pub mod state;
 pub mod wash;
 pub mod edit;
 pub mod tiles;
+pub mod coarse;
 
 mod band_limit;
 
@@ -56,8 +58,10 @@ pub mod relax_implicitly;
 pub mod move_film;
 pub mod flow_outward;
 pub mod evaporate;
+pub mod interpolate;
 pub mod move_pigment;
 pub mod carry_packed;
+pub mod mix_pigment;
 pub mod transfer_pigment;
 pub mod settle;
 pub mod simulate_capillary_flow;
@@ -66,6 +70,7 @@ pub mod dry;
 
 mod engine;
 
+pub use coarse::CoarseWash;
 pub use edit::{Patch, Taken};
 pub use params::{C97Params, Capillary, LivingParams, WashModel};
 pub use pigment::PigmentHandling;

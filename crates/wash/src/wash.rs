@@ -343,7 +343,7 @@ impl Wash {
     }
 
     /// Finds the face that ran away and what most likely drove it.
-    fn ran_away(&self, step: u64) -> RunError {
+    pub(crate) fn ran_away(&self, step: u64) -> RunError {
         let mut worst = ("u", 0.0f32, 0, 0);
         for (name, field) in [("u", &self.state.u), ("v", &self.state.v)] {
             for y in 0..=self.state.layout().height() {

@@ -8,12 +8,13 @@ pub mod c97;
 pub mod living;
 mod facts;
 mod pipeline;
-mod pool;
+pub mod fine;
+pub mod pool;
 pub mod pools;
 mod rows;
 mod scratch;
 mod stage;
-mod stages;
+pub mod stages;
 mod world;
 
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -71,6 +72,8 @@ pub struct LivingTask {
     pub diffusion: f32,
     /// Cells over which flow mixes pigment.
     pub dispersion: f32,
+    /// Whether pigment is mixed by itself after it is carried; else while it is.
+    pub is_mixed_apart: bool,
     pub packing_limit: f32,
     /// How often what flows into thin film is counted in.
     pub widenings: usize,
@@ -149,6 +152,7 @@ impl Task {
                 rim_exponent: params.rim_exponent,
                 diffusion: (params.pigment_diffusion * cells_per_mm * cells_per_mm) as f32,
                 dispersion: (params.pigment_dispersion * cells_per_mm) as f32,
+                is_mixed_apart: false,
                 packing_limit: params.packing_limit as f32,
                 widenings: libm::ceil(WIDENINGS * scale).max(1.0) as usize,
                 settling: params.settling as f32,

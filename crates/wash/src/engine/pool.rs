@@ -1,6 +1,7 @@
 //! One pool of water: a state, and the passes of row stages over its runs of wet cells, in bands of rows.
 
 mod contact;
+mod fine;
 
 use std::ops::Range;
 
@@ -13,6 +14,7 @@ use super::pipeline::{depth, descend};
 use super::rows::{Halo, Rows, share};
 use super::scratch::Scratch;
 use super::stage::Stage;
+use super::stages::refine::CoarseWater;
 use super::world::{Changes, Found, LivingRows, Place, World};
 use crate::flow_outward::{Edge, Outflow};
 use crate::region::{Region, Run};
@@ -39,6 +41,8 @@ pub struct Pool {
     halos: Halos,
     /// What only the living wash needs.
     living: Option<LivingFields>,
+    /// The water of pigment that is finer.
+    water: Option<CoarseWater>,
     /// No slope term of a wet face is larger.
     steepest: f32,
     /// Whether stages visit the whole canvas whatever is wet.
@@ -158,6 +162,7 @@ impl Pool {
             scratch,
             halos,
             living,
+            water: None,
             steepest: 0.0,
             is_plain,
             joined: Vec::new(),
@@ -275,6 +280,7 @@ impl Pool {
                 suspended: suspended.iter_mut().filter_map(Iterator::next).collect(),
                 deposited: deposited.iter_mut().filter_map(Iterator::next).collect(),
                 living,
+                water: self.water.as_ref(),
                 scratch,
                 found: Found::default(),
             })

@@ -191,12 +191,16 @@ pub struct Scratch {
     pub shares: Vec<ShareScratch>,
     /// Packed transport of each pigment.
     pub carry: Vec<CarryScratch>,
+    /// Mixing of each pigment by itself.
+    pub mix: Vec<CarryScratch>,
     /// Room in each cell for more pigment.
     pub room: Recent,
     /// The row up to which `room` is known.
     pub room_row: usize,
     /// Fractions of pigment that settle.
     pub fraction: Vec<f32>,
+    /// Water between coarse rows, and between their cells.
+    pub refined: [Vec<f32>; 2],
     /// A row of zeros.
     pub zeros: Vec<f32>,
     /// A row of ones.
@@ -223,9 +227,11 @@ impl Scratch {
             solve: SolveScratch::default(),
             shares: Vec::new(),
             carry: Vec::new(),
+            mix: Vec::new(),
             room: Recent::new(stride, 4),
             room_row: NONE,
             fraction: row(),
+            refined: [row(), row()],
             zeros: row(),
             ones: vec![1.0; stride],
         }
@@ -245,7 +251,7 @@ impl Scratch {
         self.saved.rows.clear();
         self.saved.values.clear();
         self.room_row = NONE;
-        for carry in &mut self.carry {
+        for carry in self.carry.iter_mut().chain(&mut self.mix) {
             carry.ring.begin();
             carry.above_row = NONE;
         }
@@ -271,15 +277,17 @@ impl Scratch {
 
     /// Packed transport of so many pigments.
     pub fn carry(&mut self, pigments: usize) {
-        while self.carry.len() < pigments {
-            let row = || vec![0.0; self.stride];
-            self.carry.push(CarryScratch {
-                ring: Ring::new(self.stride),
-                across: row(),
-                above: row(),
-                below: row(),
-                above_row: NONE,
-            });
+        for carry in [&mut self.carry, &mut self.mix] {
+            while carry.len() < pigments {
+                let row = || vec![0.0; self.stride];
+                carry.push(CarryScratch {
+                    ring: Ring::new(self.stride),
+                    across: row(),
+                    above: row(),
+                    below: row(),
+                    above_row: NONE,
+                });
+            }
         }
     }
 

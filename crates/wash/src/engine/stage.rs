@@ -1,6 +1,7 @@
 //! The row stages of which passes are made.
 
 use super::world::Changes;
+use crate::mix_pigment::Mixing;
 use crate::relax_implicitly::Iteration;
 
 /// What is done to a row. Every stage calls the kernels of one routine; which rows they are given is in `stages/`.
@@ -78,6 +79,17 @@ pub enum Stage {
     EvaporatePores,
     /// Soaks film into the pores.
     AbsorbFilm,
+
+    /// Finds the film from coarser water.
+    RefineFilm,
+    /// Finds mobility and velocities from coarser water.
+    RefineFlow,
+    /// Notes the largest sum of outflow speeds.
+    NoteOutflow,
+    /// Mixes pigment along the rows.
+    MixAlong(Mixing),
+    /// Mixes pigment across the rows.
+    MixDown(Mixing),
 }
 
 impl Stage {
@@ -98,7 +110,10 @@ impl Stage {
             | Self::WidenShare(..)
             | Self::MoveFilm(..)
             | Self::Settle
-            | Self::AbsorbFilm => 1,
+            | Self::AbsorbFilm
+            | Self::RefineFlow
+            | Self::NoteOutflow
+            | Self::MixDown(_) => 1,
             Self::AddSlope
             | Self::Carry(_)
             | Self::Transfer
@@ -108,7 +123,9 @@ impl Stage {
             | Self::Mobility
             | Self::Keep(_)
             | Self::Evaporate
-            | Self::EvaporatePores => 0,
+            | Self::EvaporatePores
+            | Self::RefineFilm
+            | Self::MixAlong(_) => 0,
         }
     }
 
@@ -123,7 +140,9 @@ impl Stage {
             Self::AddSlope | Self::Advance(_) | Self::Project { .. } => Changes::FLOW,
             Self::Sweep(_) | Self::GuardedSweep => Changes::FLOW | Changes::PRESSURE,
             Self::FlowOutward | Self::MoveFilm(..) | Self::Evaporate => Changes::PRESSURE,
-            Self::Carry(_) | Self::CarryPacked(_) => Changes::SUSPENDED,
+            Self::Carry(_) | Self::CarryPacked(_) | Self::MixAlong(_) | Self::MixDown(_) => {
+                Changes::SUSPENDED
+            }
             Self::Transfer | Self::Settle => Changes::SUSPENDED | Changes::DEPOSITED,
             Self::Absorb | Self::Diffuse(_) | Self::EvaporatePores => Changes::SATURATION,
             Self::AbsorbFilm => Changes::SATURATION | Changes::PRESSURE,
@@ -131,6 +150,9 @@ impl Stage {
             Self::Cover => Changes::COVER,
             Self::Mobility => Changes::MOBILITY,
             Self::Keep(_) => Changes::KEEP,
+            Self::RefineFilm => Changes::PRESSURE,
+            Self::RefineFlow => Changes::MOBILITY | Changes::FLOW,
+            Self::NoteOutflow => Changes::NOTHING,
         }
     }
 

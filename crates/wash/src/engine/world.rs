@@ -8,6 +8,7 @@ use super::facts::RowFacts;
 use super::rows::Rows;
 use super::scratch::Scratch;
 use super::stage::Stage;
+use super::stages::refine::CoarseWater;
 use super::{LivingTask, Task};
 use crate::flow_outward::Outflow;
 use crate::region::{Region, Run};
@@ -154,6 +155,8 @@ pub struct World<'a> {
     pub deposited: Vec<Rows<'a, f32>>,
     /// Fields of the living wash besides.
     pub living: Option<LivingRows<'a>>,
+    /// What pigment finer than its water sees of it.
+    pub water: Option<&'a CoarseWater>,
     pub scratch: &'a mut Scratch,
     pub found: Found,
 }
@@ -213,6 +216,11 @@ impl<'a> World<'a> {
             Stage::Settle => self.settle(row),
             Stage::EvaporatePores => self.evaporate_pores(row),
             Stage::AbsorbFilm => self.absorb_film(row),
+            Stage::RefineFilm => self.refine_film(row),
+            Stage::RefineFlow => self.refine_flow(row),
+            Stage::NoteOutflow => self.note_outflow(row),
+            Stage::MixAlong(mixing) => self.mix_along(row, mixing),
+            Stage::MixDown(mixing) => self.mix_down(row, mixing),
         }
     }
 }

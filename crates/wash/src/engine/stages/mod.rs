@@ -2,7 +2,9 @@
 
 mod film;
 mod living;
+mod mix;
 mod packed;
 mod pigment;
 mod pores;
+pub mod refine;
 mod water;

@@ -2,7 +2,7 @@
 
 use girtin_grid::Layout;
 
-use crate::carry_packed::{FaceRows, Spread, clear_closed, flux, gather, room};
+use crate::carry_packed::{FaceRows, Spread, clear_closed, flux, flux_upstream, gather, room};
 use crate::engine::rows::Rows;
 use crate::engine::scratch::{CarryScratch, Recent};
 use crate::engine::world::{LivingRows, World};
@@ -104,7 +104,7 @@ impl Faces<'_> {
             speed: &self.v.row(row)[columns.clone()],
             mobility: &self.living.mobility_v.row(row)[columns.clone()],
         };
-        flux(&mut out[columns], &faces, self.spread);
+        self.flux(&mut out[columns], &faces);
     }
 
     /// Fluxes through the faces before each cell of a run and behind its last.
@@ -117,6 +117,14 @@ impl Faces<'_> {
             speed: &self.u.row(row)[faces.clone()],
             mobility: &self.living.mobility_u.row(row)[faces.clone()],
         };
-        flux(&mut out[faces], &rows, self.spread);
+        self.flux(&mut out[faces], &rows);
+    }
+
+    fn flux(&self, out: &mut [f32], faces: &FaceRows<'_>) {
+        if self.living.task.is_mixed_apart {
+            flux_upstream(out, faces, self.spread);
+        } else {
+            flux(out, faces, self.spread);
+        }
     }
 }
