@@ -19,6 +19,9 @@ pub struct LivingRun {
     begun: Option<i32>,
 }
 
+/// Passes over the pores that go with the pigment's.
+const MOST_PORE_PASSES_WITH_PIGMENT: usize = 2;
+
 /// What begins a step: notes the largest speed that film may drive in it.
 const BEGINNING: [Stage; 2] = [Stage::Mobility, Stage::AddSlope];
 
@@ -68,7 +71,12 @@ impl LivingRun {
             Stage::EvaporatePores,
             Stage::AbsorbFilm,
         ];
-        stages.extend((0..living.pore_passes).map(Stage::Diffuse));
+        let diffusion: Vec<Stage> = (0..living.pore_passes).map(Stage::Diffuse).collect();
+        // Many passes over the pores look far beyond a band: further than anything else has to.
+        let is_far = living.pore_passes > MOST_PORE_PASSES_WITH_PIGMENT;
+        if !is_far {
+            stages.extend(&diffusion);
+        }
         let (carry, advances) = fraction_after(ledger.contact_carry, living.creep);
         ledger.contact_carry = carry;
         // Where no film can vanish and none creeps, nothing stands between this step and the next.
@@ -76,7 +84,11 @@ impl LivingRun {
         if is_unbroken {
             stages.extend(BEGINNING);
         }
-        let found = self.pools.pass(task, &stages);
+        let mut found = self.pools.pass(task, &stages);
+        if is_far {
+            let after = self.pools.pass(task, &diffusion);
+            found = found.with(after);
+        }
         self.begun = is_unbroken.then_some(found.speed);
         // 6: the contact line.
         for _ in 0..advances {

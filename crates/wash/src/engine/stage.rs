@@ -113,14 +113,14 @@ impl Stage {
             | Self::AbsorbFilm
             | Self::RefineFlow
             | Self::NoteOutflow
-            | Self::MixDown(_) => 1,
+            | Self::MixDown(_)
+            | Self::Mobility => 1,
             Self::AddSlope
             | Self::Carry(_)
             | Self::Transfer
             | Self::Absorb
             | Self::Spread
             | Self::Cover
-            | Self::Mobility
             | Self::Keep(_)
             | Self::Evaporate
             | Self::EvaporatePores
