@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use girtin::painting::gallery::{EFFECTS, Example, LIVING};
 use girtin::painting::{Document, Stock};
 
-use crate::arguments::MeansArgs;
+use crate::arguments::{MeansArgs, WaterArgs};
 use crate::failure::{Failure, Kind};
 use crate::interrupt::Interrupt;
 use crate::output::{MadeFolder, Outputs};
@@ -29,6 +29,8 @@ pub struct EffectsArgs {
     /// Physics of the washes
     #[arg(long, value_name = "MODEL", value_enum, default_value_t = Model::C97)]
     model: Model,
+    #[command(flatten)]
+    water: WaterArgs,
     #[command(flatten)]
     gallery: GalleryArgs,
     #[command(flatten)]
@@ -108,6 +110,7 @@ pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
             name: example.name,
             text: example.text,
             folder: None,
+            water: args.water.detail(),
             means: args.means,
             interrupt,
         };

@@ -7,11 +7,13 @@ use std::time::Instant;
 use girtin::grid::random::fold;
 use girtin::painting::map_file::MapError;
 use girtin::painting::picture::{PictureError, write_png};
-use girtin::painting::{Document, PaintConfig, PaintError, ResolveError, Stock, composite, memory};
+use girtin::painting::{
+    Document, PaintConfig, PaintError, ResolveError, Stock, WaterDetail, composite, memory,
+};
 use girtin::paper::Paper;
 use girtin::params::Place;
 
-use crate::arguments::{MeansArgs, PigmentFiles, megabytes, real_within};
+use crate::arguments::{MeansArgs, PigmentFiles, WaterArgs, megabytes, real_within};
 use crate::failure::{Failure, plain};
 use crate::input;
 use crate::interrupt::Interrupt;
@@ -26,7 +28,7 @@ use crate::wash;
     allow_negative_numbers = true,
     after_help = "Examples:
   girtin paint still-life.toml still-life.png
-  girtin paint still-life.toml print.png --scale 2 --threads 4"
+  girtin paint still-life.toml print.png --scale 4 --water coarse"
 )]
 pub struct PaintArgs {
     /// Document, TOML
@@ -35,6 +37,8 @@ pub struct PaintArgs {
     /// Picture to write, PNG; `-` is the standard output
     #[arg(value_name = "OUT")]
     out: PathBuf,
+    #[command(flatten)]
+    water: WaterArgs,
     /// Times as many pixels to a millimetre as the document says
     #[arg(long, value_name = "X", default_value = "1", value_parser = real_within(0.01, 100.0))]
     scale: f64,
@@ -82,6 +86,7 @@ pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         name: &name,
         text: &text,
         folder: args.document.parent(),
+        water: args.water.detail(),
         means: args.means,
         interrupt,
     };
@@ -128,6 +133,8 @@ pub struct Job<'a> {
     pub text: &'a str,
     /// Where its maps are; without a folder there are none.
     pub folder: Option<&'a Path>,
+    /// How finely the water of its living washes is simulated.
+    pub water: WaterDetail,
     /// How it is painted and written.
     pub means: MeansArgs,
     /// Ctrl-C.
@@ -155,6 +162,7 @@ impl Job<'_> {
         let progress = self.means.talk.start(self.document.steps(), "steps");
         let tell = |done, _| progress.at(done);
         let config = PaintConfig {
+            water: self.water,
             cancel: Some(self.interrupt.flag()),
             progress: Some(&tell),
             ..PaintConfig::default()

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use girtin::painting::Stock;
+use girtin::painting::{Stock, WaterDetail};
 use girtin::painting::gallery::SWATCHES;
 
 use crate::arguments::MeansArgs;
@@ -48,6 +48,7 @@ pub fn run(args: &SwatchesArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         name: SWATCHES.name,
         text: SWATCHES.text,
         folder: None,
+        water: WaterDetail::Full,
         means: args.means,
         interrupt,
     };

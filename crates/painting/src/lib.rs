@@ -18,6 +18,7 @@ pub mod gallery;
 pub mod resolve;
 pub mod memory;
 pub mod paint;
+mod easel;
 pub mod composite;
 
 pub mod state_file;
@@ -25,6 +26,6 @@ pub mod map_file;
 pub mod picture;
 
 pub use document::{Document, Stock};
-pub use paint::{PaintConfig, PaintError, Painted};
+pub use paint::{PaintConfig, PaintError, Painted, WaterDetail};
 pub use resolve::ResolveError;
 pub use wash_settings::{WashSettings, handling_of};

@@ -4,18 +4,31 @@ use std::sync::atomic::AtomicBool;
 
 use girtin_grid::Raster;
 use girtin_optics::LinearRgb;
-use girtin_wash::{Ledger, Patch, RunConfig, RunError, StateError, Wash, WashModel, WashState};
+use girtin_wash::{Ledger, Patch, RunConfig, RunError, StateError, WashModel, WashState};
 
 use crate::area::Coverage;
 use crate::composite::lay_over;
+use crate::easel::Easel;
 use crate::document::{Document, Stock};
 use crate::resolve::{Deed, Plan, PlannedGlaze, PlannedRun, ResolveError};
 
-/// How a document is painted; nothing here changes a bit of the result.
+/// How finely water is simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum WaterDetail {
+    /// As finely as pigment.
+    #[default]
+    Full,
+    /// At about 4 cells a millimetre, whatever pigment and grain have: for previews and large prints.
+    Coarse,
+}
+
+/// How a document is painted.
 #[derive(Clone, Copy, Default)]
 pub struct PaintConfig<'a> {
     /// Number of threads; 0 takes those of the rayon pool this is called in.
     pub threads: usize,
+    /// How finely the water of living washes is simulated. Alone of these it changes the picture, a little.
+    pub water: WaterDetail,
     /// Set it to end early.
     pub cancel: Option<&'a AtomicBool>,
     /// Called with steps done and steps in all.
@@ -143,7 +156,7 @@ fn simulate(
     if matches!(glaze.model, WashModel::Living(_)) {
         state.ledger = Some(Ledger::new(plan.cells_per_mm));
     }
-    let mut wash = Wash::new(state, glaze.model, glaze.handlings.clone())
+    let mut wash = Easel::new(state, glaze, config.water)
         .map_err(|source| PaintError::State { glaze: index, source })?;
     let mut balances = vec![[0.0; 2]; pigments];
     let mut done = 0;
@@ -206,7 +219,7 @@ fn simulate(
 const STEPS_TO_LOOK: u64 = 8;
 
 /// Lets a wash run as planned.
-fn run_for(wash: &mut Wash, planned: &PlannedRun, config: &RunConfig<'_>) -> Result<(), RunError> {
+fn run_for(wash: &mut Easel, planned: &PlannedRun, config: &RunConfig<'_>) -> Result<(), RunError> {
     let steps = u64::from(planned.steps);
     // Water is fed before every step; dryness need not be looked for as often.
     let stride = match (&planned.feed, planned.until_dry) {
@@ -217,7 +230,7 @@ fn run_for(wash: &mut Wash, planned: &PlannedRun, config: &RunConfig<'_>) -> Res
     let mut done = 0;
     while done < steps && !(planned.until_dry && wash.is_dry()) {
         if let Some((feed, level)) = &planned.feed {
-            let pressure = &wash.state().pressure;
+            let pressure = wash.film();
             let thirsty = Raster::from_fn(feed.amount.width(), feed.amount.height(), |x, y| {
                 let full = pressure.cells(feed.y + y)[feed.x + x] >= *level;
                 if full { 0.0 } else { feed.amount.at(x, y) }

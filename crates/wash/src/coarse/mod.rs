@@ -122,6 +122,16 @@ impl CoarseWash {
         Ok(Self { water, fine, factor, params, shore, kept: None, pool: None })
     }
 
+    /// Whether no paper is wet; pores may still be damp.
+    pub fn is_dry(&self) -> bool {
+        self.water.is_dry() && self.fine.is_dry()
+    }
+
+    /// Pigment and all that it sees, to keep.
+    pub fn into_state(self) -> WashState {
+        self.fine.into_state()
+    }
+
     /// Pigment and all that it sees: velocities and film as of the last step. Pore water is in [`CoarseWash::water`].
     pub fn state(&self) -> &WashState {
         self.fine.state()
