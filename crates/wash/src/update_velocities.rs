@@ -18,11 +18,29 @@ use crate::region::Run;
 /// # Deviations
 /// D5, D7.
 pub fn add_slope(u: &mut [f32], v: &mut [f32], paper: &SlopeRows<'_>, scale: f32, run: Run) -> i32 {
+    add_slope_alone(u, v, paper, scale, run);
+    fastest_kernel(u, v, run)
+}
+
+/// [`add_slope`] for whoever does not ask for the speed.
+pub fn add_slope_alone(u: &mut [f32], v: &mut [f32], paper: &SlopeRows<'_>, scale: f32, run: Run) {
     if run.all_wet {
-        add_slope_kernel::<true, false>(u, v, paper, scale, [0.0; 2], run)
+        add_slope_kernel::<true, false>(u, v, paper, scale, [0.0; 2], run);
     } else {
-        add_slope_kernel::<false, false>(u, v, paper, scale, [0.0; 2], run)
+        add_slope_kernel::<false, false>(u, v, paper, scale, [0.0; 2], run);
     }
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn fastest_kernel(u: &[f32], v: &[f32], run: Run) -> i32 {
+    let (first, n) = (run.first, run.len());
+    let (u, v) = (&u[first..][..n], &v[first..][..n]);
+    let bits = |x: f32| x.abs().to_bits() as i32;
+    let mut fastest = 0;
+    for i in 0..n {
+        fastest = fastest.max(bits(u[i]).max(bits(v[i])));
+    }
+    fastest
 }
 
 /// [`add_slope`] on a tilted board: `pull` is what a step adds to u and v.
@@ -62,31 +80,23 @@ fn add_slope_kernel<const ALL_WET: bool, const TILTED: bool>(
     scale: f32,
     pull: [f32; 2],
     run: Run,
-) -> i32 {
+) {
     // u, v, h, m as in §4.3; windows that reach one cell back start one column early.
     let (first, n) = (run.first, run.len());
     let skip = usize::from(ALL_WET); // the first face of an all-wet run touches a dry cell
     let (u, v) = (&mut u[first..][..n], &mut v[first..][..n]);
     let (h, h_above) = (&paper.height[first - 1..][..n + 1], &paper.height_above[first..][..n]);
     let (m, m_above) = (&paper.mask[first - 1..][..n + 1], &paper.mask_above[first..][..n]);
-    let mut fastest = 0;
     for i in skip..n {
         let sloped = u[i] - scale * (h[i + 1] - h[i]); // D7
         let sloped = if TILTED { sloped + pull[0] } else { sloped };
         u[i] = if ALL_WET || m[i] & m[i + 1] != 0 { sloped } else { 0.0 }; // D5
-        if !TILTED {
-            fastest = fastest.max(u[i].abs().to_bits() as i32);
-        }
     }
     for i in 0..n {
         let sloped = v[i] - scale * (h[i + 1] - h_above[i]);
         let sloped = if TILTED { sloped + pull[1] } else { sloped };
         v[i] = if ALL_WET || m_above[i] & m[i + 1] != 0 { sloped } else { 0.0 };
-        if !TILTED {
-            fastest = fastest.max(v[i].abs().to_bits() as i32);
-        }
     }
-    fastest
 }
 
 /// Bits of the largest speed that the faces of one row may have after a step: what they have, and what the film's own

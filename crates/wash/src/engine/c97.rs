@@ -89,7 +89,7 @@ impl C97Run {
         if std::mem::take(&mut self.is_behind) {
             stages.extend(PIGMENT);
         }
-        stages.extend([Stage::AddSlope, Stage::Advance(1.0)]);
+        stages.extend([Stage::AddSlopeAlone, Stage::Advance(1.0)]);
         self.relax_divergence(task, stages, cancel)
     }
 

@@ -91,6 +91,11 @@ impl RowFacts {
         self.covered[row].load(Relaxed)
     }
 
+    /// Whether the cover of all of these rows is known.
+    pub fn are_covered(&self, mut rows: Range<usize>) -> bool {
+        rows.all(|row| self.is_full(row) && self.is_covered(row))
+    }
+
     /// Notes that the cover of a full row is known.
     pub fn note_covered(&self, row: usize) {
         self.covered[row].store(true, Relaxed);

@@ -11,8 +11,10 @@ use crate::relax_implicitly::Iteration;
 /// rest the living wash's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stage {
-    /// Adds the paper's slope to the velocities and notes the fastest.
+    /// Adds the paper's slope to the velocities, and notes the largest speed.
     AddSlope,
+    /// Adds the paper's slope to the velocities, and notes nothing.
+    AddSlopeAlone,
     /// Advances the velocities by a sub-step of this length.
     Advance(f32),
     /// Exchanges pigment between water and paper.
@@ -116,6 +118,7 @@ impl Stage {
             | Self::MixDown(_)
             | Self::Mobility => 1,
             Self::AddSlope
+            | Self::AddSlopeAlone
             | Self::Carry(_)
             | Self::Transfer
             | Self::Absorb
@@ -137,7 +140,7 @@ impl Stage {
             | Self::Iterate { .. }
             | Self::Share(_)
             | Self::WidenShare(..) => Changes::NOTHING,
-            Self::AddSlope | Self::Advance(_) | Self::Project { .. } => Changes::FLOW,
+            Self::AddSlope | Self::AddSlopeAlone | Self::Advance(_) | Self::Project { .. } => Changes::FLOW,
             Self::Sweep(_) | Self::GuardedSweep => Changes::FLOW | Changes::PRESSURE,
             Self::FlowOutward | Self::MoveFilm(..) | Self::Evaporate => Changes::PRESSURE,
             Self::Carry(_) | Self::CarryPacked(_) | Self::MixAlong(_) | Self::MixDown(_) => {

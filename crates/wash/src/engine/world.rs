@@ -190,6 +190,7 @@ impl<'a> World<'a> {
     pub fn work(&mut self, stage: Stage, row: usize) {
         match stage {
             Stage::AddSlope => self.add_slope(row),
+            Stage::AddSlopeAlone => self.add_slope_alone(row),
             Stage::Advance(dt) => self.advance(row, dt),
             Stage::FindCorrection => self.find_correction(row),
             Stage::Sweep(slot) => self.sweep(row, slot),

@@ -84,6 +84,9 @@ impl Pool {
 
     /// Finds anew where the wet paper ends, if that has changed.
     pub fn renew_edges(&mut self, task: &Task) {
+        if self.living.as_ref().is_some_and(|living| living.facts.are_covered(self.damp.active())) {
+            return;
+        }
         let uncovered = self.pass(task, &[Stage::Cover]).uncovered;
         let (Some(place), Some(living)) = (uncovered, &self.living) else { return };
         let edge = Edge { mask: &self.state.wet_mask, cover: Some(&living.cover) };

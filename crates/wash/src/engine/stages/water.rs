@@ -5,7 +5,7 @@ use crate::flow_outward::draw_off;
 use crate::move_pigment::outflow_speeds;
 use crate::relax_divergence::{CorrectionRows, FlowRows, apply, divergence};
 use crate::update_velocities::{
-    FilmRows, Hold, SlopeRows, VelocityRows, add_slope, add_slope_tilted, advance, advance_held,
+    FilmRows, Hold, SlopeRows, VelocityRows, add_slope, add_slope_alone, add_slope_tilted, advance, advance_held,
     corner_products, drive,
 };
 
@@ -43,6 +43,18 @@ impl World<'_> {
                 }
             };
             self.found.speed = self.found.speed.max(speed);
+        }
+    }
+
+    pub fn add_slope_alone(&mut self, row: usize) {
+        let paper = SlopeRows {
+            height_above: self.slope_height.row(row - 1),
+            height: self.slope_height.row(row),
+            mask_above: self.mask.row(row - 1),
+            mask: self.mask.row(row),
+        };
+        for &run in self.wet_runs(row) {
+            add_slope_alone(self.u.row_mut(row), self.v.row_mut(row), &paper, self.task.slope_scale, run);
         }
     }
 
