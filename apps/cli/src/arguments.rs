@@ -5,10 +5,10 @@ use std::path::{Path, PathBuf};
 use clap::builder::PossibleValue;
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use girtin::optics::{Library, LinearRgb, Pigment, Srgb, UnknownPigment};
+use girtin::painting::WaterDetail;
 use girtin::painting::picture::PngMeta;
 use girtin::params::row::Parameters;
 use girtin::params::{Row, Value};
-use girtin::painting::WaterDetail;
 use girtin::wash::{C97Params, Capillary, LivingParams, WashModel};
 
 use crate::failure::Failure;

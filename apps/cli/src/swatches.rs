@@ -2,8 +2,8 @@
 
 use std::path::PathBuf;
 
-use girtin::painting::{Stock, WaterDetail};
 use girtin::painting::gallery::SWATCHES;
+use girtin::painting::{Stock, WaterDetail};
 
 use crate::arguments::MeansArgs;
 use crate::effects::{GALLERY_MEMORY, GalleryArgs};

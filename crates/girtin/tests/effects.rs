@@ -4,7 +4,7 @@ use std::path::Path;
 
 use girtin::grid::{Field, Raster};
 use girtin::optics::{Layer, LinearRgb};
-use girtin::painting::gallery::{EFFECTS, Example, SWATCHES};
+use girtin::painting::gallery::{EFFECTS, Example, LIVING, SWATCHES};
 use girtin::painting::picture::{PngMeta, write_png};
 use girtin::painting::{Document, PaintConfig, Painted, Stock, composite, handling_of};
 use girtin::wash::{C97Params, Patch, PigmentHandling, RunConfig, Wash, WashModel, WashState};
@@ -268,9 +268,11 @@ fn the_gallery_looks_as_it_did() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fidelity/golden/gallery");
     let writing = std::env::var_os("GIRTIN_WRITE_GOLDENS").is_some();
     let mut changed = Vec::new();
-    for example in EFFECTS.into_iter().chain([SWATCHES]) {
-        let picture = composite::encode(&paint(example, 96).picture);
-        let path = folder.join(format!("{}.png", example.name));
+    let of_paper = EFFECTS.into_iter().chain([SWATCHES]).map(|example| (example, "", 96));
+    let of_living = LIVING.into_iter().map(|example| (example, "living/", 128));
+    for (example, model, size) in of_paper.chain(of_living) {
+        let picture = composite::encode(&paint(example, size).picture);
+        let path = folder.join(format!("{model}{}.png", example.name));
         if writing {
             let file = std::fs::File::create(&path).unwrap();
             write_png(file, &picture, &PngMeta::default()).unwrap();

@@ -8,8 +8,8 @@ use girtin_wash::{Ledger, Patch, RunConfig, RunError, StateError, WashModel, Was
 
 use crate::area::Coverage;
 use crate::composite::lay_over;
-use crate::easel::Easel;
 use crate::document::{Document, Stock};
+use crate::easel::Easel;
 use crate::resolve::{Deed, Plan, PlannedGlaze, PlannedRun, ResolveError};
 
 /// How finely water is simulated.

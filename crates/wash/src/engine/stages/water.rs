@@ -5,8 +5,8 @@ use crate::flow_outward::draw_off;
 use crate::move_pigment::outflow_speeds;
 use crate::relax_divergence::{CorrectionRows, FlowRows, apply, divergence};
 use crate::update_velocities::{
-    FilmRows, Hold, SlopeRows, VelocityRows, add_slope, add_slope_alone, add_slope_tilted, advance, advance_held,
-    corner_products, drive,
+    FilmRows, Hold, SlopeRows, VelocityRows, add_slope, add_slope_alone, add_slope_tilted, advance,
+    advance_held, corner_products, drive,
 };
 
 impl World<'_> {
