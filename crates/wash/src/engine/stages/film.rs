@@ -1,21 +1,16 @@
 //! Rows for the relaxation of the living wash and for the move of its film.
 
+use super::water::flow_rows;
 use crate::engine::world::World;
 use crate::evaporate::{evaporate, thinnest};
 use crate::move_film::{move_film, share, widen_share};
 use crate::region::Run;
-use crate::relax_divergence::FlowRows;
 use crate::relax_implicitly::{Iteration, SolveRows, begin, iterate, project};
 
 impl World<'_> {
     pub fn begin_solve(&mut self, row: usize, start: f32) {
         let runs = self.wet_runs(row);
-        let flow = FlowRows {
-            u: self.u.row(row),
-            v: self.v.row(row),
-            v_below: self.v.row(row + 1),
-            mask: self.mask.row(row),
-        };
+        let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         let solve = &mut self.scratch.solve;
         let Some(divergence) = &mut solve.divergence else { return };
         for &run in runs {
@@ -64,12 +59,7 @@ impl World<'_> {
 
     pub fn share(&mut self, row: usize, compressibility: f32) {
         let runs = self.wet_runs(row);
-        let flow = FlowRows {
-            u: self.u.row(row),
-            v: self.v.row(row),
-            v_below: self.v.row(row + 1),
-            mask: self.mask.row(row),
-        };
+        let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         let kept = &mut self.scratch.shares[0];
         let mut is_short = false;
         for &run in runs {
@@ -83,12 +73,7 @@ impl World<'_> {
 
     pub fn widen_share(&mut self, row: usize, number: usize, compressibility: f32) {
         let runs = self.wet_runs(row);
-        let flow = FlowRows {
-            u: self.u.row(row),
-            v: self.v.row(row),
-            v_below: self.v.row(row + 1),
-            mask: self.mask.row(row),
-        };
+        let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         let (before, now) = self.scratch.shares.split_at_mut(number);
         let (before, now) = (&before[number - 1], &mut now[0]);
         // Where no cell of the row fell short none does when more flows in.
@@ -105,12 +90,7 @@ impl World<'_> {
 
     pub fn move_film(&mut self, row: usize, widenings: usize, compressibility: f32) {
         let runs = self.wet_runs(row);
-        let flow = FlowRows {
-            u: self.u.row(row),
-            v: self.v.row(row),
-            v_below: self.v.row(row + 1),
-            mask: self.mask.row(row),
-        };
+        let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         let kept = &self.scratch.shares[widenings];
         let is_limited = (row - 1..=row + 1).any(|row| kept.is_short[row & 3]);
         let shares = kept.around(row, &self.scratch.ones);

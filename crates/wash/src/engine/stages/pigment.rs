@@ -1,19 +1,14 @@
 //! Rows for the routines that move pigment.
 
+use super::water::flow_rows;
 use crate::engine::world::World;
 use crate::move_pigment::{SuspendedRows, carry};
-use crate::relax_divergence::FlowRows;
 use crate::transfer_pigment::transfer;
 
 impl World<'_> {
     pub fn carry(&mut self, row: usize, dt: f32) {
         let runs = self.wet_runs(row);
-        let flow = FlowRows {
-            u: self.u.row(row),
-            v: self.v.row(row),
-            v_below: self.v.row(row + 1),
-            mask: self.mask.row(row),
-        };
+        let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         for (suspended, ring) in self.suspended.iter_mut().zip(&mut self.scratch.suspended) {
             ring.take(self.wet, row, suspended);
             let (g, below) = suspended.row_mut_and_below(row);

@@ -1,5 +1,8 @@
 //! Rows for the routines that move water.
 
+use girtin_grid::Field;
+
+use crate::engine::rows::Rows;
 use crate::engine::world::World;
 use crate::flow_outward::draw_off;
 use crate::move_pigment::outflow_speeds;
@@ -9,23 +12,32 @@ use crate::update_velocities::{
     advance_held, corner_products, drive,
 };
 
+/// The faces around the cells of a row. Takes the fields and not the world, whose other fields may be changed meanwhile.
+pub fn flow_rows<'a>(
+    u: &'a Rows<'_, f32>,
+    v: &'a Rows<'_, f32>,
+    mask: &'a Rows<'_, u8>,
+    row: usize,
+) -> FlowRows<'a> {
+    FlowRows { u: u.row(row), v: v.row(row), v_below: v.row(row + 1), mask: mask.row(row) }
+}
+
+fn slope_rows<'a>(height: &'a Field<f32>, mask: &'a Rows<'_, u8>, row: usize) -> SlopeRows<'a> {
+    SlopeRows {
+        height_above: height.row(row - 1),
+        height: height.row(row),
+        mask_above: mask.row(row - 1),
+        mask: mask.row(row),
+    }
+}
+
 impl World<'_> {
     pub fn flow(&self, row: usize) -> FlowRows<'_> {
-        FlowRows {
-            u: self.u.row(row),
-            v: self.v.row(row),
-            v_below: self.v.row(row + 1),
-            mask: self.mask.row(row),
-        }
+        flow_rows(&self.u, &self.v, &self.mask, row)
     }
 
     pub fn add_slope(&mut self, row: usize) {
-        let paper = SlopeRows {
-            height_above: self.slope_height.row(row - 1),
-            height: self.slope_height.row(row),
-            mask_above: self.mask.row(row - 1),
-            mask: self.mask.row(row),
-        };
+        let paper = slope_rows(self.slope_height, &self.mask, row);
         let film = FilmRows {
             film_above: self.pressure.row(row - 1),
             film: self.pressure.row(row),
@@ -47,12 +59,7 @@ impl World<'_> {
     }
 
     pub fn add_slope_alone(&mut self, row: usize) {
-        let paper = SlopeRows {
-            height_above: self.slope_height.row(row - 1),
-            height: self.slope_height.row(row),
-            mask_above: self.mask.row(row - 1),
-            mask: self.mask.row(row),
-        };
+        let paper = slope_rows(self.slope_height, &self.mask, row);
         for &run in self.wet_runs(row) {
             add_slope_alone(self.u.row_mut(row), self.v.row_mut(row), &paper, self.task.slope_scale, run);
         }
@@ -114,12 +121,7 @@ impl World<'_> {
         let mut largest = self.found.next_correction;
         for &run in self.wet_runs(row) {
             let delta = &mut self.scratch.sweeps[0].delta;
-            let flow = FlowRows {
-                u: self.u.row(row),
-                v: self.v.row(row),
-                v_below: self.v.row(row + 1),
-                mask: self.mask.row(row),
-            };
+            let flow = flow_rows(&self.u, &self.v, &self.mask, row);
             largest = largest.max(divergence(delta, &flow, self.task.relax_rate, run));
         }
         self.found.next_correction = largest;
@@ -129,12 +131,7 @@ impl World<'_> {
         let (wet, rate) = (self.wet, self.task.relax_rate);
         let kept = &mut self.scratch.sweeps[slot];
         if kept.above != row - 1 {
-            let above = FlowRows {
-                u: self.u.row(row - 1),
-                v: self.v.row(row - 1),
-                v_below: self.v.row(row),
-                mask: self.mask.row(row - 1),
-            };
+            let above = flow_rows(&self.u, &self.v, &self.mask, row - 1);
             for &run in wet.runs(row - 1) {
                 divergence(&mut kept.delta_above, &above, rate, run);
             }
