@@ -280,6 +280,7 @@ fn arg(prefix: &str, heading: &'static str, row: &'static Row) -> Arg {
         Value::Span([a, b]) => ("LOW,HIGH", format!("{a},{b}")),
     };
     let name = flag(prefix, row);
+    let unit = if row.unit == "1" { String::new() } else { format!(" {}", row.unit) };
     Arg::new(name.clone())
         .long(name)
         .value_name(kind)
@@ -287,8 +288,8 @@ fn arg(prefix: &str, heading: &'static str, row: &'static Row) -> Arg {
         // A negative number is then out of range, and not an unknown flag.
         .allow_negative_numbers(true)
         .value_parser(move |text: &str| row.parse(text))
-        .help(format!("{} [{default}; {low} to {high}]", row.tooltip()))
-        .long_help(format!("{}\n\nDefault {default}, from {low} to {high}.", row.doc))
+        .help(format!("{} [{default}; {low} to {high}{unit}]", row.tooltip()))
+        .long_help(format!("{}\n\nDefault {default}, from {low} to {high}{unit}.", row.doc))
 }
 
 fn values<P: Parameters>(prefix: &str, matches: &ArgMatches) -> Vec<(&'static str, Value)> {

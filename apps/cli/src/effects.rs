@@ -96,6 +96,7 @@ pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let mut tasks = Vec::new();
     for example in args.model.examples() {
         let document = args.gallery.document(example.name, example.text, &stock)?;
+        document.cells().map_err(|error| Failure::usage(error).hint("choose another `--size`"))?;
         paint::check_memory(args.means, &document, GALLERY_MEMORY)?;
         if let Some(target) = outputs.claim(&args.folder.join(format!("{}.png", example.name)), "png")? {
             tasks.push((example, document, target));

@@ -195,7 +195,9 @@ impl Job<'_> {
     fn failed(&self, error: &PaintError) -> Failure {
         match error {
             PaintError::Run { source, .. } => wash::stopped(source, error, self.interrupt),
-            PaintError::Resolve(ResolveError::TooLarge { .. }) => Failure::input(error).hint(TOO_LARGE),
+            PaintError::Resolve(ResolveError::TooLarge { .. } | ResolveError::Scale { .. }) => {
+                Failure::input(error).hint(TOO_LARGE)
+            }
             PaintError::Resolve(
                 ResolveError::NoRoom(_)
                 | ResolveError::Map {
@@ -221,7 +223,7 @@ impl Job<'_> {
 }
 
 /// What to do about too many cells.
-const TOO_LARGE: &str = "lower `--scale`, `pixels_per_mm` or `cells_per_pixel`";
+const TOO_LARGE: &str = "change `--scale`, `pixels_per_mm` or `cells_per_pixel`";
 
 /// A number that tells documents apart.
 fn fingerprint(text: &str) -> u64 {

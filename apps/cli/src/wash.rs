@@ -28,7 +28,8 @@ use crate::progress::Progress;
 ///
 /// Parameters come from --params, else from `wash.toml` in the state's folder, else from the model; flags go over
 /// them. A state is an .npz file with `wet_mask` and any of `height`, `u`, `v`, `pressure`, `saturation`,
-/// `suspended`, `deposited`.
+/// `suspended`, `deposited`; one of a living wash has numbers besides: `cells_per_mm`, `contact_carry`, `evaporated`,
+/// `blotted`.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
@@ -52,7 +53,7 @@ pub struct WashArgs {
     #[command(flatten)]
     pigment_files: PigmentFiles,
     /// Cells a millimetre of paper, for a living wash whose state does not say; 4 if not given
-    #[arg(long, value_name = "N", value_parser = real_within(0.5, 64.0))]
+    #[arg(long, value_name = "N", value_parser = real_within(0.1, 256.0))]
     cells_per_mm: Option<f64>,
     /// Where to save the state; `-` is the standard output
     #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
@@ -139,10 +140,9 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let ground = ground(&args.over, layout, args.image.is_some())?;
     args.means.talk.detail(&format!("read in {:.2} s", start.elapsed().as_secs_f64()));
     let name = input::name_of(&args.state);
-    let default = args.model.default_model(match state.ledger {
-        Some(_) => WashModel::living(),
-        None => WashModel::c97(),
-    });
+    // A scale is the living wash's: C97 knows only cells.
+    let has_scale = state.ledger.is_some() || args.cells_per_mm.is_some();
+    let default = args.model.default_model(if has_scale { WashModel::living() } else { WashModel::c97() });
     let settings_text = settings_file.as_deref().map(input::read_text).transpose()?.unwrap_or_default();
     let origin = settings_file.as_deref().map_or_else(String::new, |path| path.display().to_string());
     let settings = WashSettings::from_toml(&origin, &settings_text, default)?;
@@ -448,7 +448,7 @@ impl Job<'_> {
             return Ok(());
         }
         self.args.means.talk.say(&format!(
-            "girtin: {steps} steps, {sweeps_total} sweeps in {seconds:.2} s; fastest water {speed:.3} cells a step"
+            "girtin: {steps} steps, {sweeps_total} sweeps in {seconds:.2} s; in the end the fastest water has {speed:.3} cells a step"
         ));
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! The document: a sheet, and glazes as logs of what the painter did.
 //!
-//! Lengths are millimetres of paper and times reference steps; nothing here knows a cell. The same TOML holds the gallery's recipes and anybody's
-//! own paintings:
+//! Lengths are millimetres of paper and times reference steps; of cells it only says how many make a pixel. The same TOML
+//! holds the gallery's recipes and anybody's own paintings:
 //!
 //! ```
 //! use girtin_painting::{Document, Stock};
@@ -380,10 +380,16 @@ fn read_event(table: &Table<'_>, pigments: usize) -> Result<Event, Fault> {
             let until_dry = table.word("until", &[("dry", true)])?.unwrap_or(false);
             Ok(Event::Run { steps, until_dry, feed })
         }
-        Deed::Dry => Ok(Event::Dry {
-            area: table.table("area", Area::read)?,
-            damp: table.reals::<2>("damp", -2.0..=2.0)?.unwrap_or([0.0, 0.0]),
-        }),
+        Deed::Dry => {
+            let (area, damp) = (table.table("area", Area::read)?, table.reals::<2>("damp", -2.0..=2.0)?);
+            if area.is_some() && damp.is_some() {
+                let message = "`dry` has an `area` and `damp`";
+                return Err(table
+                    .fault("damp", message)
+                    .hint("`damp` is for drying the whole wash; leave one out"));
+            }
+            Ok(Event::Dry { area, damp: damp.unwrap_or([0.0, 0.0]) })
+        }
     }
 }
 

@@ -6,7 +6,7 @@ use girtin_wash::{
 };
 
 use crate::paint::WaterDetail;
-use crate::resolve::PlannedGlaze;
+use crate::resolve::{Deed, PlannedGlaze};
 
 /// Cells a millimetre that coarse water has, about.
 const COARSE: f64 = 4.0;
@@ -31,12 +31,19 @@ macro_rules! either {
 }
 
 impl Easel {
+    /// A wash for a glaze. On a board that leans all water is simulated: what streams down would print the coarse cells.
     pub fn new(state: WashState, glaze: &PlannedGlaze, water: WaterDetail) -> Result<Self, StateError> {
+        let leans = glaze.deeds.iter().any(|deed| matches!(deed, Deed::Tilt(degrees, _) if *degrees > 0.0));
         let handlings = glaze.handlings.clone();
         let cells_per_mm = state.ledger.map_or(COARSE, |ledger| ledger.cells_per_mm);
         let factor = (cells_per_mm / COARSE).round().min(*FACTORS.end());
         match glaze.model {
-            WashModel::Living(params) if water == WaterDetail::Coarse && FACTORS.contains(&factor) => {
+            WashModel::Living(params)
+                if water == WaterDetail::Coarse
+                    && FACTORS.contains(&factor)
+                    && !leans
+                    && params.tilt == 0.0 =>
+            {
                 let wash = CoarseWash::new(state, params, handlings, factor as usize)?;
                 Ok(Self::Coarse(Box::new(wash)))
             }

@@ -18,7 +18,8 @@ pub enum WaterDetail {
     /// As finely as pigment.
     #[default]
     Full,
-    /// At about 4 cells a millimetre, whatever pigment and grain have: for previews and large prints.
+    /// At about 4 cells a millimetre, whatever pigment and grain have: for previews and large prints. Glazes on a board that
+    /// leans keep theirs full.
     Coarse,
 }
 

@@ -7,7 +7,7 @@ use girtin_grid::memory::{NoRoom, probe};
 use girtin_optics::{Coefficients, LinearRgb};
 use girtin_paper::{HeightSource, Sheet};
 use girtin_params::Place;
-use girtin_wash::{PigmentHandling, WashModel};
+use girtin_wash::{Ledger, PigmentHandling, WashModel};
 
 use crate::area::{Area, Canvas, Coverage, Shape, TAPER_MM};
 use crate::document::{Document, Event, Glaze, Stock};
@@ -93,6 +93,13 @@ pub enum ResolveError {
         /// Rows.
         height: f64,
     },
+    /// A living wash has too few or too many cells a millimetre.
+    #[error("the sheet has {cells_per_mm} cells a mm; living washes are simulated with {} to {}",
+        Ledger::CELLS_PER_MM.start(), Ledger::CELLS_PER_MM.end())]
+    Scale {
+        /// Cells a millimetre.
+        cells_per_mm: f64,
+    },
     /// There is no memory for it.
     #[error(transparent)]
     NoRoom(#[from] NoRoom),
@@ -127,15 +134,25 @@ impl Document {
         self.sheet.size_mm.map(|mm| (mm * self.sheet.pixels_per_mm).round().max(1.0))
     }
 
+    /// Cells a millimetre that are simulated.
+    pub fn cells_per_mm(&self) -> f64 {
+        self.sheet.pixels_per_mm * f64::from(self.sheet.cells_per_pixel)
+    }
+
     /// Columns and rows that are simulated.
     ///
     /// # Errors
-    /// There are more than [`MAX_CELLS`].
+    /// There are more than [`MAX_CELLS`], or too few or too many a millimetre for a living wash.
     pub fn cells(&self) -> Result<[usize; 2], ResolveError> {
         let [width, height] =
             self.picture_size().map(|pixels| pixels * f64::from(self.sheet.cells_per_pixel));
         if width * height > MAX_CELLS as f64 {
             return Err(ResolveError::TooLarge { width, height });
+        }
+        let cells_per_mm = self.cells_per_mm();
+        let is_living = |glaze: &Glaze| matches!(glaze.model, WashModel::Living(_));
+        if self.glazes.iter().any(is_living) && !Ledger::CELLS_PER_MM.contains(&cells_per_mm) {
+            return Err(ResolveError::Scale { cells_per_mm });
         }
         Ok([width as usize, height as usize])
     }
@@ -154,7 +171,7 @@ impl Document {
         probe(memory::pieces_of_document(self, [width, height]))?;
         let paper =
             stock.papers.get(&sheet.paper).map_err(|error| ResolveError::Unknown(error.to_string()))?;
-        let cells_per_mm = sheet.pixels_per_mm * f64::from(sheet.cells_per_pixel);
+        let cells_per_mm = self.cells_per_mm();
         let height = Sheet::new(paper, sheet.seed).height_field(width, height, cells_per_mm, [0.0, 0.0]);
         let canvas = Canvas { height: &height, cells_per_mm, seed: sheet.seed };
         let glazes = self.glazes.iter().map(|glaze| {

@@ -15,7 +15,8 @@
 //! | `suspended`, `deposited` | (pigments, H, W) | 0, as many as the other has |
 //! | `cells_per_mm`, `contact_carry`, `evaporated`, `blotted` | (), float64 | 4, 0, 0, 0 |
 //!
-//! The numbers of the last row are those of a living wash ([`Ledger`]); a state with any of them is one.
+//! The numbers of the last row are those of a living wash ([`Ledger`]); a state with any of them is one. They are read as
+//! float32 too, and as arrays of one number.
 //!
 //! Numbers are float32 or float64, of either byte order, in C or Fortran order, stored or deflated. They are written
 //! as float32, little-endian, C order, stored; equal states give equal bytes. Without pigments, `suspended` and

@@ -77,6 +77,7 @@ impl Wash {
     /// Returns how much in all, in the unit of [`Wash::water_total`].
     pub fn add_water(&mut self, patch: Patch<'_>) -> f64 {
         let (width, height) = self.size();
+        let is_living = matches!(self.model, WashModel::Living(_));
         let state = &mut self.state;
         let mut added = 0.0;
         patch.each(width, height, |x, y, amount| {
@@ -84,6 +85,9 @@ impl Wash {
                 let film = &mut state.pressure.cells_mut(y)[x];
                 let before = *film;
                 *film += amount;
+                if is_living && *film < 0.0 {
+                    *film = before.min(0.0); // no more can be taken than there is
+                }
                 added += f64::from(*film) - f64::from(before);
             }
         });

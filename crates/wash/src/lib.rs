@@ -1,22 +1,26 @@
 //! One wash of watercolor over time: water, pigment and the paper's pores, with no notion of color.
 //!
-//! The simulation of Curtis et al. 1997, §4: a wash is three layers of cells. Water flows over the wet paper and
-//! carries suspended pigment; pigment settles and is lifted again; water soaks into the pores, creeps and wets new
-//! paper.
+//! A wash is three layers of cells. Water flows over the wet paper and carries suspended pigment; pigment settles and is
+//! lifted again; water soaks into the pores, creeps and wets new paper. There are two models of that: the simulation of
+//! Curtis et al. 1997, §4, exactly, and Girtin's own, the *living wash*, which has its lengths in millimetres, one amount of
+//! water in film and pores, and dries by itself.
 //!
 //! In the order data flows:
 //! - [`params`]: what a wash is asked to do, a row per parameter;
 //! - [`pigment`]: how a pigment settles, stains and granulates;
 //! - [`state`]: every field at one moment;
-//! - [`wash`]: a state that runs; [`edit`]: water and pigment poured on and lifted between steps;
+//! - [`wash`]: a state that runs; [`edit`]: water and pigment poured on and lifted between steps; [`tiles`]: what changed;
 //! - [`coarse`]: a cheap living wash, its water coarser than its pigment;
-//! - `region`: which cells are worth visiting;
-//! - one module of row kernels per routine of the paper, in the order of its main loop: [`update_velocities`],
-//!   [`relax_divergence`], [`flow_outward`], [`move_pigment`], [`transfer_pigment`], [`simulate_capillary_flow`];
-//! - `engine`: the two ways to run them, which give the same bits: a plain one, and a fast one that works only where
-//!   water is.
+//! - `region`: which cells are worth visiting; `band_limit`: the paper as the water feels it;
+//! - one module of row kernels per routine, in the order of a step. Of both models: [`update_velocities`],
+//!   [`flow_outward`], [`transfer_pigment`], [`simulate_capillary_flow`]. Of the paper's alone: [`relax_divergence`],
+//!   [`move_pigment`]. Of the living wash: [`mobility`], [`relax_implicitly`], [`move_film`], [`evaporate`],
+//!   [`carry_packed`], [`settle`], [`creep`], [`dry`]; and of coarse water `interpolate` and `mix_pigment`;
+//! - `engine`: a model is a list of passes over the rows. There are two ways to run them, which give the same bits: a plain
+//!   one, and a fast one that works only where water is.
 //!
-//! Deviations D1 to D7 from the printed paper are explained in `docs/paper-notes.md`.
+//! Deviations D1 to D7 from the printed paper, and what the living wash does beyond it, L1 to L14, are explained in
+//! `docs/paper-notes.md`.
 //!
 //! ```
 //! use girtin_grid::Raster;

@@ -36,13 +36,13 @@ pub struct Ledger {
     pub contact_carry: f64,
     /// Water that evaporated, film × reference cells (0.25 mm square).
     pub evaporated: f64,
-    /// Water that was blotted or dried away, film × reference cells.
+    /// Water that was blotted, film × reference cells.
     pub blotted: f64,
 }
 
 impl Ledger {
     /// Cells a millimetre that are allowed.
-    pub const CELLS_PER_MM: std::ops::RangeInclusive<f64> = 0.5..=64.0;
+    pub const CELLS_PER_MM: std::ops::RangeInclusive<f64> = 0.1..=256.0;
 
     /// Nothing has happened yet.
     pub fn new(cells_per_mm: f64) -> Self {
@@ -57,7 +57,7 @@ impl Ledger {
         };
         // Below 0 where a film that was below 0 at the start has dried.
         let amount = -1e12..=1e12;
-        number("cells_per_mm", cells_per_mm, Self::CELLS_PER_MM.contains(&cells_per_mm), "from 0.5 to 64")?;
+        number("cells_per_mm", cells_per_mm, Self::CELLS_PER_MM.contains(&cells_per_mm), "from 0.1 to 256")?;
         number("contact_carry", contact_carry, (0.0..1.0).contains(&contact_carry), "from 0 to below 1")?;
         number("evaporated", evaporated, amount.contains(&evaporated), "from -1e12 to 1e12")?;
         number("blotted", blotted, amount.contains(&blotted), "from -1e12 to 1e12")

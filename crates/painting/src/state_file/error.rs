@@ -4,7 +4,7 @@ use girtin_grid::memory::NoRoom;
 use girtin_params::hint_for;
 use girtin_wash::StateError;
 
-use super::Key;
+use super::{Key, LedgerKey};
 
 /// Why a state file cannot be read or written.
 #[derive(Debug, thiserror::Error)]
@@ -137,7 +137,8 @@ impl StateFileError {
             }
             Self::Duplicate => "save every array once".to_owned(),
             Self::UnknownKey { name } => {
-                let known = Key::ALL.map(Key::name);
+                let arrays = Key::ALL.map(Key::name);
+                let known = [&arrays[..], &LedgerKey::ALL.map(LedgerKey::name)].concat();
                 hint_for(name.strip_suffix(".npy").unwrap_or(name), &known)
             }
             Self::NoWetMask => "add `wet_mask`, bool, of the shape (rows, columns)".to_owned(),
@@ -154,6 +155,9 @@ impl StateFileError {
             }
             Self::State(StateError::Value { field, .. }) => {
                 format!("look at `{field}` with `np.isfinite`, `.min()` and `.max()` before saving")
+            }
+            Self::State(StateError::Number { name, allowed, .. }) => {
+                format!("save `{name}` as one number, {allowed}")
             }
             Self::Read(_) | Self::Write(_) | Self::State(_) => return None,
         };

@@ -4,7 +4,6 @@ use std::sync::atomic::AtomicBool;
 
 use super::pools::Pools;
 use super::stage::Stage;
-use super::world::Found;
 use super::{Stop, Task, go_on, substeps};
 
 /// A wash that runs by C97.
@@ -18,19 +17,19 @@ pub struct C97Run {
     fastest: Option<f32>,
     /// Whether the last step's pigment has yet to move, in one sub-step.
     is_behind: bool,
-    /// Steps in a row that took two sweeps.
-    twos: u32,
+    /// Sweeps of the last step, and how many steps in a row took as many.
+    sweeps: (u32, u32),
 }
 
-/// Steps in a row that took two sweeps after which the next one is taken to do so as well.
-const TWOS_TO_TRUST: u32 = 4;
+/// Steps in a row that took as many sweeps after which the next one is taken to do so as well.
+const STEPS_TO_TRUST: u32 = 4;
 
 /// What moves pigment in a step of one sub-step.
 const PIGMENT: [Stage; 2] = [Stage::Carry(1.0), Stage::Transfer];
 
 impl C97Run {
     pub fn new(pools: Pools) -> Self {
-        Self { pools, fastest: None, is_behind: false, twos: 0 }
+        Self { pools, fastest: None, is_behind: false, sweeps: (0, 0) }
     }
 
     /// One step of C97's MainLoop; returns the number of relaxation sweeps.
@@ -40,7 +39,7 @@ impl C97Run {
     pub fn step(&mut self, task: &Task, cancel: &AtomicBool) -> Result<u32, Stop> {
         let (sweeps, outflow) = self.move_water(task, cancel)?;
         self.fastest = Some(f32::from_bits(outflow as u32));
-        self.twos = if sweeps == 2 { self.twos + 1 } else { 0 };
+        self.sweeps = if self.sweeps.0 == sweeps { (sweeps, self.sweeps.1 + 1) } else { (sweeps, 1) };
         let n = substeps(outflow)?;
         go_on(outflow, cancel)?;
         if n == 1 && task.pores.is_none() {
@@ -95,10 +94,9 @@ impl C97Run {
 
     /// Relaxes the flow after other stages; returns as [`C97Run::move_water`].
     ///
-    /// Sweeps stop exactly where they would one by one, though two go in a pass. What the next sweep will correct at most
-    /// is known before it is made, and one that corrects more than the tolerance is sure to be followed by another. Where
-    /// two are allowed at all and the last steps took both, they go with the stages before them, and the second one is
-    /// taken back if it should not have been made.
+    /// Sweeps stop exactly where they would one by one, though two go in a pass. Where the last steps took both as well, the
+    /// second is made on trust, and taken back if the first turns out to have been enough. Else what the next sweep will
+    /// correct at most is found first, and one that corrects more than the tolerance is sure to be followed by another.
     fn relax_divergence(
         &mut self,
         task: &Task,
@@ -106,39 +104,46 @@ impl C97Run {
         cancel: &AtomicBool,
     ) -> Result<(u32, i32), Stop> {
         let is_enough = |correction: i32| f32::from_bits(correction as u32) <= task.relax_tolerance;
-        if task.relax_max_sweeps == 2 && self.twos >= TWOS_TO_TRUST {
-            stages.extend([Stage::Sweep(0), Stage::GuardedSweep, Stage::FlowOutward]);
-            let found = self.pools.pass(task, &stages);
-            go_on(found.corrections[0].max(found.corrections[1]), cancel)?;
-            if !is_enough(found.corrections[0]) {
-                return Ok((2, found.outflow));
-            }
-            self.pools.take_back();
-            return Ok((1, self.pools.pass(task, &[Stage::FlowOutward]).outflow));
-        }
-        stages.push(Stage::FindCorrection);
-        let mut correction = self.pools.pass(task, &stages).next_correction;
+        let trusted = if self.sweeps.1 >= STEPS_TO_TRUST { self.sweeps.0 } else { 0 };
         let mut sweeps = 0;
+        // What the next sweep will correct at most, if that is known.
+        let mut correction = None;
         loop {
-            go_on(correction, cancel)?;
             let left = task.relax_max_sweeps - sweeps;
-            if left == 1 || is_enough(correction) {
-                let found = self.pools.pass(task, &[Stage::Sweep(0), Stage::FlowOutward]);
-                return Ok((sweeps + 1, found.outflow));
+            let is_trusted = correction.is_none() && left >= 2 && sweeps + 2 <= trusted;
+            if !is_trusted {
+                let next = correction.take().unwrap_or_else(|| {
+                    stages.push(Stage::FindCorrection);
+                    self.pools.pass(task, &std::mem::take(&mut stages)).next_correction
+                });
+                go_on(next, cancel)?;
+                if left == 1 || is_enough(next) {
+                    let found = self.pools.pass(task, &[Stage::Sweep(0), Stage::FlowOutward]);
+                    return Ok((sweeps + 1, found.outflow));
+                }
+            }
+            let (second, last) = match (is_trusted, left == 2) {
+                (true, true) => (Stage::GuardedSweep, Some(Stage::FlowOutward)),
+                (true, false) => (Stage::GuardedSweep, None),
+                (false, true) => (Stage::Sweep(1), Some(Stage::FlowOutward)),
+                (false, false) => (Stage::Sweep(1), Some(Stage::FindCorrection)),
+            };
+            stages.extend([Stage::Sweep(0), second]);
+            stages.extend(last);
+            let found = self.pools.pass(task, &std::mem::take(&mut stages));
+            go_on(found.corrections[0].max(found.corrections[1]), cancel)?;
+            if is_trusted && is_enough(found.corrections[0]) {
+                self.pools.take_back();
+                return Ok((sweeps + 1, self.pools.pass(task, &[Stage::FlowOutward]).outflow));
             }
             sweeps += 2;
             if left == 2 {
-                let found = self.pools.pass(task, &[Stage::Sweep(0), Stage::Sweep(1), Stage::FlowOutward]);
-                go_on(found.corrections[1], cancel)?;
                 return Ok((sweeps, found.outflow));
             }
-            let Found { corrections, next_correction, .. } =
-                self.pools.pass(task, &[Stage::Sweep(0), Stage::Sweep(1), Stage::FindCorrection]);
-            go_on(corrections[1], cancel)?;
-            if is_enough(corrections[1]) {
+            if is_enough(found.corrections[1]) {
                 return Ok((sweeps, self.pools.pass(task, &[Stage::FlowOutward]).outflow));
             }
-            correction = next_correction;
+            correction = (!is_trusted).then_some(found.next_correction);
         }
     }
 }

@@ -12,20 +12,39 @@ pub fn depth(stages: &[Stage]) -> usize {
     stages.iter().map(|stage| stage.reach()).sum::<usize>() + 1
 }
 
+/// A stage on its way down.
+struct Falling {
+    stage: Stage,
+    /// Rows behind the first stage.
+    lag: usize,
+    /// Rows that it does: the band's, and as many beyond as later stages need of it.
+    first: usize,
+    end: usize,
+}
+
 /// Runs the stages down the rows of a band.
 pub fn descend(stages: &[Stage], world: &mut World<'_>) {
-    let reach = |i: usize| stages[i].reach();
-    // How far behind the first stage each one is, and how many rows beyond the band later ones need of it.
-    let lags: Vec<usize> = (0..stages.len()).map(|i| (1..=i).map(reach).sum()).collect();
-    let beyond: Vec<usize> = (0..stages.len()).map(|i| (i + 1..stages.len()).map(reach).sum()).collect();
-    let (Some(&last_lag), Some(&first_beyond)) = (lags.last(), beyond.first()) else { return };
-    let active = world.active.clone();
-    for lead in world.own.start.saturating_sub(first_beyond)..world.own.end + last_lag {
-        for (i, stage) in stages.iter().enumerate() {
-            let Some(row) = lead.checked_sub(lags[i]) else { continue };
-            let rows = world.own.start.saturating_sub(beyond[i])..world.own.end + beyond[i];
-            if rows.contains(&row) && active.contains(&row) {
-                world.work(*stage, row);
+    let (own, active) = (world.own.clone(), world.active.clone());
+    let mut beyond: usize = stages.iter().skip(1).map(|stage| stage.reach()).sum();
+    let mut lag = 0;
+    let mut falling = Vec::with_capacity(stages.len());
+    for (i, &stage) in stages.iter().enumerate() {
+        if i > 0 {
+            lag += stage.reach();
+            beyond -= stage.reach();
+        }
+        let first = own.start.saturating_sub(beyond).max(active.start);
+        let end = (own.end + beyond).min(active.end);
+        falling.push(Falling { stage, lag, first, end });
+    }
+    let first = falling.iter().map(|stage| stage.first + stage.lag).min().unwrap_or(0);
+    let end = falling.iter().map(|stage| stage.end + stage.lag).max().unwrap_or(0);
+    for lead in first..end {
+        for &Falling { stage, lag, first, end } in &falling {
+            // Below the first row it wraps, and is past the end.
+            let row = lead.wrapping_sub(lag);
+            if row >= first && row < end {
+                world.work(stage, row);
             }
         }
     }
