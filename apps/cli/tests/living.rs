@@ -119,11 +119,19 @@ fn a_document_is_painted_with_coarse_water_too() {
         [[glaze.events]]\ndo = 'blot'\nfraction = 0.5\narea = { shape = 'disc', center = [8, 5], radius = 1 }\n\
         [[glaze.events]]\ndo = 'dry'\narea = { shape = 'rectangle', from = [0, 0], to = [3, 9] }\n\
         [[glaze.events]]\ndo = 'run'\nsteps = 500\nuntil = 'dry'\n";
-    folder.write("doc.toml", document);
-    folder.run("paint -q doc.toml full.png").fine();
-    folder.run("paint -q doc.toml coarse.png --water coarse").fine();
-    assert_eq!(png_size(&folder.read("coarse.png")), (96, 72));
-    assert!(folder.read("full.png") != folder.read("coarse.png"));
+    folder
+        .write("leaning.toml", document)
+        .write("flat.toml", document.replace("degrees = 30", "degrees = 0"));
+    let paint = |name: &str, water: &str| {
+        let out = format!("{name}-{water}.png");
+        folder.run(&format!("paint -q {name}.toml {out} --water {water}")).fine();
+        folder.read(&out)
+    };
+    let coarse = paint("flat", "coarse");
+    assert_eq!(png_size(&coarse), (96, 72));
+    assert!(coarse != paint("flat", "full"));
+    // A board that leans keeps its water fine.
+    assert!(paint("leaning", "coarse") == paint("leaning", "full"));
     folder.write(
         "c97.toml",
         document.replace(
@@ -133,4 +141,39 @@ fn a_document_is_painted_with_coarse_water_too() {
     );
     let (message, _) = folder.fails("paint c97.toml no.png", 4);
     assert!(message.contains("living wash"), "{message}");
+}
+
+#[test]
+fn sizes_that_a_living_wash_cannot_have_are_refused_before_work() {
+    let folder = studio();
+    let document =
+        "format = 1\n[sheet]\nsize = [12, 9]\npixels_per_mm = 8\n[[glaze]]\npigments = ['cobalt-blue']\n";
+    folder.write("doc.toml", document);
+    for more in ["--scale 40", "--scale 40 --dry-run", "--scale 0.01"] {
+        let (message, hint) = folder.fails(&format!("paint doc.toml out.png {more}"), 4);
+        assert!(message.contains("cells a mm"), "{more}: {message}");
+        assert!(hint.contains("pixels_per_mm"), "{more}: {hint}");
+    }
+    assert!(!folder.has("out.png"));
+    let (message, hint) = folder.fails("effects out --model living --size 16384", 2);
+    assert!(message.contains("cells") && hint.contains("--size"), "{message} {hint}");
+    folder.run("effects out --model living --size 24 -q").fine();
+    assert_eq!(png_size(&folder.read("out/wetness-strip.png")).0, 24);
+}
+
+#[test]
+fn numbers_of_a_state_are_named_when_they_are_wrong() {
+    let folder = studio();
+    let bad =
+        WashState { ledger: Some(Ledger { contact_carry: 0.5, ..Ledger::new(4.0) }), ..puddle(8, 6, 1) };
+    let mut bytes = bytes_of(&bad);
+    // The name of a number misspelt, in the archive's entry and in its directory.
+    for at in 0..bytes.len() - 12 {
+        if bytes[at..].starts_with(b"cells_per_mm") {
+            bytes[at + 11] = b'n';
+        }
+    }
+    folder.write("bad.npz", bytes);
+    let (message, hint) = folder.fails("wash --state bad.npz --pigments cobalt-blue --steps 1", 4);
+    assert!(message.contains("cells_per_mn") && hint.contains("`cells_per_mm`"), "{message} {hint}");
 }

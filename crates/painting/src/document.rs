@@ -436,6 +436,35 @@ mod tests {
     }
 
     #[test]
+    fn events_of_the_living_wash_are_no_c97_glaze_s() {
+        for event in ["do = 'tilt'\ndegrees = 20\n", "do = 'run'\nsteps = 3\nuntil = 'dry'\n"] {
+            let glaze = |model: &str| {
+                read(&format!("{SHEET}[[glaze]]\n[glaze.wash]\nmodel = '{model}'\n[[glaze.events]]\n{event}"))
+            };
+            assert!(glaze("living").is_ok());
+            assert!(glaze("c97").unwrap_err().message.contains("of the living wash"));
+        }
+        let dry =
+            "[[glaze]]\n[[glaze.events]]\ndo = 'dry'\ndamp = [0.1, 0]\narea = { shape = 'everywhere' }\n";
+        assert_eq!(read(&format!("{SHEET}{dry}")).unwrap_err().message, "`dry` has an `area` and `damp`");
+    }
+
+    #[test]
+    fn a_brush_lays_less_water_along_its_edge_but_as_much_pigment() {
+        use crate::area::Canvas;
+        let area =
+            Area { shape: crate::area::Shape::Disc { center: [5.0, 5.0], radius: 3.0 }, ..Area::default() };
+        let height = girtin_grid::Raster::new(80, 80, 0.5);
+        let canvas = Canvas { height: &height, cells_per_mm: 8.0, seed: 0 };
+        let water = area.cover_tapered(&canvas, None, crate::area::TAPER_MM).amount;
+        let pigment = area.cover(&canvas, None).amount;
+        let middle = water.width() / 2;
+        assert_eq!((water.at(middle, middle), pigment.at(middle, middle)), (1.0, 1.0));
+        assert_eq!(pigment.at(middle, 1), 1.0, "an eighth of a mm from the edge");
+        assert!(water.at(middle, 1) < 0.5 && water.at(middle, 5) == 1.0, "it tapers over half a mm");
+    }
+
+    #[test]
     fn keys_of_another_event_are_unknown() {
         let text = format!("{SHEET}[[glaze]]\n[[glaze.events]]\ndo = 'dry'\nsteps = 3\n");
         assert_eq!(read(&text).unwrap_err().message, "unknown key `glaze[1].events[1].steps`");
