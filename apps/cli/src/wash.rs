@@ -491,19 +491,19 @@ fn plan(
     let (least, most, physics) = match model {
         WashModel::C97 { params, capillary } => {
             let layer = if capillary.is_some() { "on" } else { "off" };
-            let physics = format!("the capillary layer is {layer}");
+            let physics = format!("c97; the capillary layer is {layer}");
             (sweeps(1), sweeps(params.relax_max_sweeps), physics)
         }
         WashModel::Living(_) => {
             let cells_per_mm = state.ledger.map_or(4.0, |ledger| ledger.cells_per_mm);
             // Sub-steps and iterations grow with the cells a millimetre.
             let ns = LIVING_NS * (cells_per_mm / 4.0).max(1.0);
-            (seconds(ns), seconds(3.0 * ns), format!("{cells_per_mm} cells a mm"))
+            (seconds(ns), seconds(3.0 * ns), format!("living, {cells_per_mm} cells a mm"))
         }
     };
     let source = settings_file.map_or("the model's defaults".to_owned(), input::name_of);
     format!(
-        "state: {width} × {height} cells, {wet} of them wet\npigments: {names}\nparameters: {source}; \
+        "state: {width} × {height} cells, {wet} of them wet\npigments: {names}\nparameters: {source}; model: \
          {physics}\nwork: {steps} steps on {threads} threads, about {least:.1} to {most:.1} \
          s\nmemory: about {memory}\n",
         memory = megabytes(bytes),
