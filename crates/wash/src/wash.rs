@@ -42,6 +42,33 @@ impl fmt::Debug for RunConfig<'_> {
     }
 }
 
+impl RunConfig<'_> {
+    /// Does work on the threads that are asked for, and tells it how many they are; a pool of them is kept in `kept`.
+    pub(crate) fn on_threads<T: Send>(
+        &self,
+        kept: &mut Option<rayon::ThreadPool>,
+        work: impl FnOnce(usize) -> Result<T, RunError> + Send,
+    ) -> Result<T, RunError> {
+        let threads = self.threads;
+        if self.engine == Engine::Reference || threads == 1 {
+            return work(1);
+        }
+        if threads == 0 {
+            return work(rayon::current_num_threads());
+        }
+        let pool = match kept.take() {
+            Some(pool) if pool.current_num_threads() == threads => pool,
+            _ => rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .map_err(|error| RunError::Threads { threads, message: error.to_string() })?,
+        };
+        let done = pool.install(|| work(threads));
+        *kept = Some(pool);
+        done
+    }
+}
+
 /// What a run did.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct RunReport {
@@ -218,21 +245,9 @@ impl Wash {
     /// # Errors
     /// The water ran away, or the caller cancelled.
     pub fn run(&mut self, steps: u64, config: &RunConfig<'_>) -> Result<RunReport, RunError> {
-        if config.engine == Engine::Reference || config.threads == 1 {
-            return self.run_here(steps, config, 1);
-        }
-        if config.threads == 0 {
-            return self.run_here(steps, config, rayon::current_num_threads());
-        }
-        let pool = match self.pool.take() {
-            Some(pool) if pool.current_num_threads() == config.threads => pool,
-            _ => rayon::ThreadPoolBuilder::new()
-                .num_threads(config.threads)
-                .build()
-                .map_err(|error| RunError::Threads { threads: config.threads, message: error.to_string() })?,
-        };
-        let report = pool.install(|| self.run_here(steps, config, config.threads));
-        self.pool = Some(pool);
+        let mut pool = self.pool.take();
+        let report = config.on_threads(&mut pool, |threads| self.run_here(steps, config, threads));
+        self.pool = pool;
         report
     }
 

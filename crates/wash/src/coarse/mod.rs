@@ -27,7 +27,7 @@ use crate::params::{LivingParams, WashModel};
 use crate::pigment::PigmentHandling;
 use crate::state::{Ledger, StateError, WashState};
 use crate::tiles::Tile;
-use crate::wash::{Engine, RunConfig, RunError, RunReport, Wash};
+use crate::wash::{RunConfig, RunError, RunReport, Wash};
 use shore::{Front, Shore};
 
 /// A living wash whose pigment is finer than its water.
@@ -360,22 +360,13 @@ impl CoarseWash {
     /// # Errors
     /// As [`Wash::run`].
     pub fn run(&mut self, steps: u64, config: &RunConfig<'_>) -> Result<RunReport, RunError> {
-        if config.engine == Engine::Reference || config.threads == 1 {
-            return self.run_here(steps, &RunConfig { threads: 1, ..*config }, 1);
-        }
-        let here = RunConfig { threads: 0, ..*config };
-        if config.threads == 0 {
-            return self.run_here(steps, &here, rayon::current_num_threads());
-        }
-        let pool = match self.pool.take() {
-            Some(pool) if pool.current_num_threads() == config.threads => pool,
-            _ => rayon::ThreadPoolBuilder::new()
-                .num_threads(config.threads)
-                .build()
-                .map_err(|error| RunError::Threads { threads: config.threads, message: error.to_string() })?,
-        };
-        let report = pool.install(|| self.run_here(steps, &here, config.threads));
-        self.pool = Some(pool);
+        let mut pool = self.pool.take();
+        let report = config.on_threads(&mut pool, |threads| {
+            // The water is run from within the pool, or on this thread alone.
+            let here = RunConfig { threads: if threads == 1 { 1 } else { 0 }, ..*config };
+            self.run_here(steps, &here, threads)
+        });
+        self.pool = pool;
         report
     }
 

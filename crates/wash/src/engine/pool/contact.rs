@@ -7,13 +7,11 @@ use rayon::prelude::*;
 
 use super::{DAMP, EVER_DAMP, LivingFields, Pool, STEPS_TO_SHRINK};
 use crate::creep::{Crept, Sheet, edge_rows};
-use crate::dry::vanished;
 use crate::engine::stage::Stage;
 use crate::engine::{LivingTask, Task};
 use crate::evaporate::QUANTA;
 use crate::flow_outward::Edge;
 use crate::region::Run;
-use crate::settle::AroundRows;
 use crate::simulate_capillary_flow::Pores;
 use crate::state::{WashState, still_faces};
 
@@ -163,38 +161,16 @@ impl Pool {
         let is_thin =
             has_crept || (thinnest as i64) < i64::from(living_task.vanishing.thinnest.to_bits() as i32);
         let Some(pores) = task.pores.as_ref().filter(|_| is_thin) else { return 0 };
-        let WashState { wet_mask, pressure, height, .. } = &self.state;
-        let look = |row: usize| {
-            let film = AroundRows {
-                above: pressure.row(row - 1),
-                here: pressure.row(row),
-                below: pressure.row(row + 1),
-                mask_above: wet_mask.row(row - 1),
-                mask: wet_mask.row(row),
-                mask_below: wet_mask.row(row + 1),
-            };
-            let mut gone = Vec::new();
-            for &run in self.wet.runs(row) {
-                vanished(&mut gone, &film, height.row(row), living_task.vanishing, run);
-            }
-            (!gone.is_empty()).then_some((row, gone))
-        };
-        let rows = self.wet.active();
-        let gone: Vec<(usize, Vec<usize>)> = if self.wet_cuts.len() > 2 {
-            rows.into_par_iter().filter_map(look).collect()
-        } else {
-            rows.filter_map(look).collect()
-        };
+        let gone = self.vanished(living_task.vanishing);
         let mut lost = 0;
-        for (row, gone) in &gone {
-            for &x in gone {
-                lost += self.leave(*row, x, pores, living_task.pore_depth);
-            }
+        for &[row, x] in &gone {
+            lost += self.leave(row, x, pores, living_task.pore_depth);
         }
+        let mut gone: Vec<usize> = gone.into_iter().map(|[row, _]| row).collect();
+        gone.dedup();
         if let Some(living) = &mut self.living {
-            living.changed_rows.extend(gone.iter().map(|(row, _)| row));
+            living.changed_rows.extend(&gone);
         }
-        let gone: Vec<usize> = gone.into_iter().map(|(row, _)| row).collect();
         for &row in &gone {
             self.look_at_row(task, row);
         }
