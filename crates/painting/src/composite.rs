@@ -42,7 +42,7 @@ pub fn lay_over(state: &WashState, paints: &[Coefficients], ground: &mut Raster<
 }
 
 /// Covers the ground with opaque color.
-pub(crate) fn print(ground: &mut Raster<LinearRgb>, color: LinearRgb, coverage: &Coverage) {
+pub fn print(ground: &mut Raster<LinearRgb>, color: LinearRgb, coverage: &Coverage) {
     for y in 0..coverage.amount.height() {
         let cells = &mut ground.row_mut(coverage.y + y)[coverage.x..];
         for (cell, &covered) in cells.iter_mut().zip(coverage.amount.row(y)) {

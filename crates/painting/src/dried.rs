@@ -18,6 +18,9 @@ pub struct Dried {
 /// Cells to each side over which grain is told from shade.
 const GRAIN_REACH: usize = 2;
 
+/// Mean amount below which grain is not looked for.
+const LEAST_AMOUNT: f32 = 1e-3;
+
 /// Times that pigment is carried on into cells which no water reached, a cell each.
 const FILLS: usize = 3;
 
@@ -101,7 +104,7 @@ fn grain_of(amounts: &Raster<f32>, outline: Option<&PlannedOutline>, paper: &Ras
                 inside &=
                     outline.is_none_or(|outline| outline.open.row(y)[columns].iter().all(|&open| open != 0));
             }
-            if inside && amount > 0.0 {
+            if inside && amount * weight > LEAST_AMOUNT {
                 let relative = f64::from(amounts.at(x, y) / (amount * weight) - 1.0);
                 let higher = f64::from(paper.at(x, y) - level * weight);
                 both += relative * higher;
