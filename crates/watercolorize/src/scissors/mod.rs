@@ -1,0 +1,1 @@
+//! A matte cut out by hand.

@@ -1,0 +1,1 @@
+//! Pixels gathered into small patches of one color.
