@@ -88,8 +88,17 @@ pub struct PaintedPlan {
     pub maps: Vec<NamedMap>,
     /// Pigment left in each cell.
     pub left: Raster<f32>,
-    /// Mean of |glaze − target| over the wetted cells, at each look: after every interval, and at the end before lifting.
-    pub off: Vec<f64>,
+    /// How far it was off at each look: after every interval, the last one before it dries.
+    pub looks: Vec<Look>,
+}
+
+/// How far a glaze is off its target: means of |glaze − target| over the wet cells.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// Of single cells, grain and fine detail included.
+    pub off: f64,
+    /// Of the low-passed difference, which is what is painted for.
+    pub off_low_passed: f64,
 }
 
 /// Why a glaze cannot be painted.
@@ -134,16 +143,16 @@ pub fn paint_glaze(task: &GlazeTask<'_>, config: &RunConfig<'_>) -> Result<Paint
         let wanted = low_pass(task.target, &wet, sigma).map(|amount| amount * params.first_share as f32);
         brush.first_wash(&wanted);
     }
-    let mut off = Vec::new();
+    let mut looks = Vec::new();
     let mut done = 0;
     for look in 0..=params.repeats {
         brush.run(params.interval, done, config)?;
         done += u64::from(params.interval);
         let difference = brush.difference(task.target);
-        off.push(mean_size(&difference, &wet));
+        let low_passed = low_pass(&difference, &wet, sigma);
+        looks.push(Look { off: mean_size(&difference, &wet), off_low_passed: mean_size(&low_passed, &wet) });
         if look < params.repeats {
-            let difference = low_pass(&difference, &wet, sigma);
-            brush.correct(&difference, &params, look + 1);
+            brush.correct(&low_passed, &params, look + 1);
         }
     }
     brush.dry();
@@ -151,7 +160,7 @@ pub fn paint_glaze(task: &GlazeTask<'_>, config: &RunConfig<'_>) -> Result<Paint
         let highlight = brush.map(name.clone(), map);
         brush.lift(&highlight, *fraction);
     }
-    Ok(PaintedPlan { left: brush.pigment(), events: brush.events, maps: brush.maps, off })
+    Ok(PaintedPlan { left: brush.pigment(), events: brush.events, maps: brush.maps, looks })
 }
 
 /// Mean size of the values where the mask is 1; 0 of none.

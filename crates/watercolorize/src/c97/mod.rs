@@ -17,7 +17,7 @@ mod low_pass;
 pub mod brushstrokes;
 pub mod painter;
 
-pub use brushstrokes::PlanningParams;
+pub use brushstrokes::{Look, NamedMap, PlanningParams};
 pub use glazes_file::{GlazesFile, Lift, MatteGlazes};
 pub use painter::{C97Config, C97Error, C97Glaze, C97Painting, C97Request, watercolorize_c97};
 pub use separation::{ColorSeparation, SeparationParams, TooManyStacks};

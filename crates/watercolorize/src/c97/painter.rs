@@ -11,13 +11,11 @@ use girtin_painting::{Document, ResolveError, Stock, handling_of, memory};
 use girtin_paper::{HeightSource, Sheet};
 use girtin_wash::{RunConfig, RunError, StateError};
 
-use super::brushstrokes::{GlazeTask, NamedMap, PlanError, paint_glaze};
+use super::brushstrokes::{GlazeTask, Look, NamedMap, PlanError, paint_glaze};
 use super::stretch::stretched;
+use super::target_glaze::WETTED;
 use super::{ColorSeparation, GlazesFile, MatteGlazes, TooManyStacks, target_glazes};
 use crate::mattes::Matte;
-
-/// Paper that a matte covers this much is wetted.
-const WETTED: f32 = 0.5;
 
 /// What is to be painted.
 #[derive(Clone, Copy, Debug)]
@@ -76,8 +74,8 @@ pub struct C97Glaze {
     pub target: Raster<f32>,
     /// Number of its glaze in the document, from 0; none where nothing of the pigment is wanted.
     pub glaze: Option<usize>,
-    /// Mean of |glaze − target| over the wet cells, after every interval.
-    pub off: Vec<f64>,
+    /// How far it was off after every interval.
+    pub looks: Vec<Look>,
     /// What was left of it in every cell.
     pub left: Raster<f32>,
 }
@@ -391,7 +389,7 @@ impl Work<'_> {
                     matte: matte.name.clone(),
                     pigment: pigment.id.clone(),
                     glaze: is_wanted.then_some(self.painting.document.glazes.len()),
-                    off: Vec::new(),
+                    looks: Vec::new(),
                     left: Raster::new(height.width(), height.height(), 0.0),
                     target,
                 },
@@ -433,7 +431,7 @@ impl Work<'_> {
                 model: task.model,
                 events: painted.events,
             });
-            (glaze.off, glaze.left) = (painted.off, painted.left);
+            (glaze.looks, glaze.left) = (painted.looks, painted.left);
         }
         self.done += task.planning.steps();
         self.painting.glazes.push(glaze);

@@ -9,6 +9,9 @@ use rayon::prelude::*;
 use super::ColorSeparation;
 use super::separation::MAX_PIGMENTS;
 
+/// Paper that a matte covers this much is wetted.
+pub const WETTED: f32 = 0.5;
+
 /// No stack: the pixel lies outside the matte.
 const OUTSIDE: u32 = u32::MAX;
 
@@ -18,7 +21,8 @@ const OUTSIDE: u32 = u32::MAX;
 /// Curtis et al. 1997, §6.2: "searching the tree for each pixel".
 ///
 /// # Shapes and units
-/// `picture` and `matte` of one size; the matte is above 0 where a target is wanted, elsewhere it is 0. The result is one
+/// `picture` and `matte` of one size; the matte is at least [`WETTED`] where a target is wanted, elsewhere it is
+/// 0. The result is one
 /// raster for each of `pigments`, from the paper up; `None` when `cancel` was set.
 ///
 /// # Guarantees
@@ -46,7 +50,7 @@ pub fn target_glazes(
             }
             let mut last = None;
             for ((nearest, &color), &matte) in nearest.iter_mut().zip(picture.row(y)).zip(matte.row(y)) {
-                if matte > 0.0 {
+                if matte >= WETTED {
                     *nearest = match last {
                         Some((known, found)) if known == color => found,
                         _ => separation.nearest(color) as u32,

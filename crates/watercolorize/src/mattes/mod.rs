@@ -34,7 +34,7 @@ parameters! {
     /// The parameters of automatic mattes.
     pub struct MattesParams {
         regions: u32 {
-            symbol: "", label: "Regions", unit: "1", default: 10, hard: (1.0, 200.0), soft: (2.0, 30.0),
+            symbol: "", label: "Regions", unit: "1", default: 12, hard: (1.0, 200.0), soft: (2.0, 30.0),
             acts: Simulation, doc: "How many mattes at most. Fewer are made where the picture has fewer things to tell apart.", source: "custom",
         }
         min_share: f64 {
@@ -54,7 +54,7 @@ parameters! {
             acts: Simulation, doc: "How much a difference of lightness counts. Less keeps light and shade of a thing together.", source: "custom",
         }
         size_power: f64 {
-            symbol: "", label: "Size", unit: "1", default: 0.3, hard: (0.0, 1.0), soft: (0.0, 0.5),
+            symbol: "", label: "Size", unit: "1", default: 0.4, hard: (0.0, 1.0), soft: (0.0, 0.5),
             acts: Simulation, doc: "How much sooner small regions join than large ones.", source: "custom; 1/2 is Ward's rule",
         }
         superpixels: u32 {
@@ -62,8 +62,8 @@ parameters! {
             acts: Simulation, doc: "Of how many patches regions are made. More follow finer outlines.", source: "custom",
         }
         compactness: f64 {
-            symbol: "m", label: "Compactness", unit: "ΔE", default: 10.0, hard: (0.0, 200.0), soft: (1.0, 40.0),
-            acts: Simulation, doc: "How much patches keep together rather than to one color.", source: "Achanta et al. 2012",
+            symbol: "m", label: "Compactness", unit: "ΔE", default: 5.0, hard: (0.0, 200.0), soft: (1.0, 40.0),
+            acts: Simulation, doc: "How much patches keep together rather than to one color. Less follows outlines more closely.", source: "Achanta et al. 2012; value custom",
         }
         iterations: u32 {
             symbol: "", label: "Iterations", unit: "1", default: 10, hard: (1.0, 100.0), soft: (4.0, 20.0),

@@ -153,13 +153,22 @@ fn planning_brings_the_glaze_nearer_to_its_target() {
     // As many steps in one go.
     let unplanned = painted(&FILE.replace("interval = 20\nrepeats = 3", "interval = 80\nrepeats = 0"));
     for (planned, unplanned) in planned.glazes.iter().zip(&unplanned.glazes) {
-        let (with, without) = (planned.off.last().unwrap(), unplanned.off.last().unwrap());
-        assert!(*with < 0.9 * without, "{}: {with} with planning, {without} without", planned.pigment);
+        let (with, without) = (planned.looks.last().unwrap(), unplanned.looks.last().unwrap());
+        assert!(with.off < 0.9 * without.off, "{}: {with:?}, without planning {without:?}", planned.pigment);
+        assert!(
+            with.off_low_passed < 0.85 * without.off_low_passed,
+            "{}: {with:?}, {without:?}",
+            planned.pigment
+        );
     }
     // Brushstrokes alone get there as well, step by step.
     let strokes = painted(&FILE.replace("repeats = 3", "repeats = 5\nfirst_share = 0.0"));
     for glaze in &strokes.glazes {
-        assert!(glaze.off.last().unwrap() < &(0.8 * glaze.off[0]), "{}: {:?}", glaze.pigment, glaze.off);
+        let (first, last) = (glaze.looks[0], glaze.looks[5]);
+        assert!(
+            last.off < 0.8 * first.off && last.off_low_passed < 0.8 * first.off_low_passed,
+            "{first:?}, {last:?}"
+        );
     }
 }
 
@@ -174,7 +183,7 @@ fn any_number_of_threads_plans_the_same() {
         assert_eq!(one.document, other.document);
         assert!(one.maps == other.maps);
         for (one, other) in one.glazes.iter().zip(&other.glazes) {
-            assert!(one.target == other.target && one.left == other.left && one.off == other.off);
+            assert!(one.target == other.target && one.left == other.left && one.looks == other.looks);
         }
     }
 }
