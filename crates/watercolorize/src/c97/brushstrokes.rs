@@ -126,7 +126,7 @@ pub enum PlanError {
 /// hold what a 16-bit grey picture holds before they are used (`painting_the_document_again_is_the_same`).
 ///
 /// # Deviations
-/// The paper does not say what a glaze begins with. Here the matte is wetted, and a first wash laid of the low-passed
+/// W4, W5: the paper does not say what a glaze begins with. Here the matte is wetted, and a first wash laid of the low-passed
 /// target; `first_share` 0 begins with clear water.
 ///
 /// # Errors

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 /// The Gaussian mean of `values` over the cells where `mask` is 1; 0 where it is 0.
 ///
 /// # Source
-/// Curtis et al. 1997, §6.2, "a low-pass filter on the difference". Which, and what it does at the edge of the wet paper, is
+/// Curtis et al. 1997, §6.2, "a low-pass filter on the difference". W3: which, and what it does at the edge of the wet paper, is
 /// not said. Weights of dry cells are left out: else everything along the edge would seem to lack half its pigment.
 ///
 /// # Shapes and units

@@ -2,7 +2,7 @@
 //!
 //! In the order data flows:
 //! - [`glazes_file`]: which pigments each matte has, and every number of the method, as TOML;
-//! - [`thickness_steps`]: a few thicknesses of each pigment, evenly far apart in what they do to light;
+//! - [`mod@thickness_steps`]: a few thicknesses of each pigment, evenly far apart in what they do to light;
 //! - [`separation`]: the colors of all stacks of them, in a tree;
 //! - [`target_glaze`]: for each pixel the stack that comes nearest, hence how much of each pigment is wanted where;
 //! - [`brushstrokes`]: one glaze is painted step by step and corrected on the way;

@@ -194,7 +194,7 @@ impl C97Error {
 /// Curtis et al. 1997, §6.2.
 ///
 /// # Shapes and units
-/// The picture and the mattes are stretched over the sheet. Colors are separated over the sheet's bare ground: a matte
+/// The picture and the mattes are stretched over the sheet. W6: colors are separated over the sheet's bare ground, since a matte
 /// does not know of other mattes' paint below it.
 ///
 /// # Guarantees

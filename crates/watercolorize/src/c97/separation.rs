@@ -61,7 +61,7 @@ impl ColorSeparation {
     ///
     /// # Source
     /// Curtis et al. 1997, §6.2: all mⁿ combinations, composited layer by layer as in §5.2, in a 3-d tree by red, green and
-    /// blue. "The tree is pruned so that the difference between colors is less than 1/255" is read as: of colors nearer to
+    /// blue. W2: "the tree is pruned so that the difference between colors is less than 1/255" is read as: of colors nearer to
     /// each other than 1/255 (Euclidean) one is kept, here the one with the least paint in it.
     ///
     /// # Shapes and units

@@ -10,7 +10,7 @@ use girtin_optics::color::encode_srgb;
 ///
 /// # Source
 /// Curtis et al. 1997, §6.2: "using a binary subdivision by Manhattan distance in the six-dimensional space of the R and T
-/// Kubelka-Munk parameters". Which interval is divided, and where, is not said.
+/// Kubelka-Munk parameters". W1: which interval is divided, and where, is not said.
 ///
 /// # Shapes and units
 /// `max`: thickness, above 0; `count`: 1 gives thickness 0 alone, 2 both ends.

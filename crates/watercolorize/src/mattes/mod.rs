@@ -3,7 +3,7 @@
 //! Curtis et al. 1997 had their mattes made by hand in a paint program, §6.2; these are made from the picture alone.
 //! In the order data flows:
 //! - [`merge`]: neighbouring patches become regions, the most alike first;
-//! - [`color_name`]: a word for a region's color;
+//! - [`mod@color_name`]: a word for a region's color;
 //! - [`soften`]: regions of a reduced picture become mattes of the whole one, with edges that follow its colors.
 
 use girtin_grid::Raster;

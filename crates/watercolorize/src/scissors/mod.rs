@@ -46,23 +46,23 @@ parameters! {
     pub struct ScissorsParams {
         crossing_weight: f64 {
             symbol: "ω_Z", label: "Zero crossing", unit: "1", default: 0.43, hard: (0.0, 1.0), soft: (0.0, 1.0),
-            acts: Appearance, doc: "How much the wire keeps to the very middle of an edge.", source: "Mortensen and Barrett 1995",
+            acts: Simulation, doc: "How much the wire keeps to the very middle of an edge.", source: "Mortensen and Barrett 1995",
         }
         direction_weight: f64 {
             symbol: "ω_D", label: "Direction", unit: "1", default: 0.43, hard: (0.0, 1.0), soft: (0.0, 1.0),
-            acts: Appearance, doc: "How much the wire keeps to the direction of an edge.", source: "Mortensen and Barrett 1995",
+            acts: Simulation, doc: "How much the wire keeps to the direction of an edge.", source: "Mortensen and Barrett 1995",
         }
         magnitude_weight: f64 {
             symbol: "ω_G", label: "Contrast", unit: "1", default: 0.14, hard: (0.0, 1.0), soft: (0.0, 1.0),
-            acts: Appearance, doc: "How much the wire prefers strong edges.", source: "Mortensen and Barrett 1995",
+            acts: Simulation, doc: "How much the wire prefers strong edges.", source: "Mortensen and Barrett 1995",
         }
         smoothing: f64 {
             symbol: "σ", label: "Smoothing", unit: "pixels", default: 1.0, hard: (0.0, 20.0), soft: (0.5, 4.0),
-            acts: Appearance, doc: "Detail finer than this is no edge. It is the standard deviation of a Gaussian.", source: "custom",
+            acts: Simulation, doc: "Detail finer than this is no edge. It is the standard deviation of a Gaussian.", source: "custom",
         }
         training_length: u32 {
             symbol: "t", label: "Training", unit: "pixels", default: 64, hard: (1.0, 10000.0), soft: (16.0, 128.0),
-            acts: Appearance, doc: "How much of the last wire says what the outline looks like.", source: "Mortensen and Barrett 1995; value custom",
+            acts: Simulation, doc: "How much of the last wire says what the outline looks like.", source: "Mortensen and Barrett 1995; value custom",
         }
     }
 }
