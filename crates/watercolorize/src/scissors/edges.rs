@@ -36,32 +36,47 @@ struct Edge {
 }
 
 impl Edges {
-    /// Edges of a color picture, as a screen shows it. `smoothing`: standard deviation, pixels.
+    /// Edges of a color picture, as a screen shows it.
+    ///
+    /// # Shapes and units
+    /// `smoothing`: standard deviation, pixels.
     pub fn of_color(picture: &Raster<LinearRgb>, smoothing: f64) -> Self {
-        let channel = |channel: usize| picture.map(|color| encode_srgb(color.0[channel]) as f32);
-        Self::of_channels(&[channel(0), channel(1), channel(2)], smoothing)
+        let curve = Curve::new();
+        let channel = |channel: usize| {
+            by_rows(picture, |row, out| {
+                out.iter_mut().zip(row).for_each(|(out, color)| *out = curve.encode(color.0[channel]));
+            })
+        };
+        Self::of_channels([0, 1, 2].into_iter().map(channel), [picture.width(), picture.height()], smoothing)
     }
 
     /// Edges of a grey picture.
     pub fn of_grey(picture: &Raster<f32>, smoothing: f64) -> Self {
-        Self::of_channels(std::slice::from_ref(picture), smoothing)
+        Self::of_channels([picture.clone()], [picture.width(), picture.height()], smoothing)
     }
 
-    fn of_channels(channels: &[Raster<f32>], smoothing: f64) -> Self {
-        let (width, height) = channels.first().map_or((0, 0), |channel| (channel.width(), channel.height()));
+    fn of_channels(
+        channels: impl IntoIterator<Item = Raster<f32>>,
+        [width, height]: [usize; 2],
+        smoothing: f64,
+    ) -> Self {
         let nothing = Edge { gradient: [0.0; 2], square: 0.0, is_crossing: false };
         let mut strongest = Raster::new(width, height, nothing);
-        for channel in channels {
-            let channel =
-                smoothed(&channel.map(|value| if value.is_finite() { value } else { 0.0 }), smoothing);
+        for mut channel in channels {
+            channel
+                .as_mut_slice()
+                .iter_mut()
+                .filter(|value| !value.is_finite())
+                .for_each(|value| *value = 0.0);
+            let channel = smoothed(&channel, smoothing);
             let laplacian = laplacian_of(&channel);
             strongest.as_mut_slice().par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+                let (around, bends) = (Neighbours::new(&channel, y), Neighbours::new(&laplacian, y));
                 for (x, kept) in row.iter_mut().enumerate() {
-                    let [dx, dy] = gradient_at(&channel, x, y);
-                    let square = dx * dx + dy * dy;
+                    let gradient = around.gradient(x);
+                    let square = gradient[0] * gradient[0] + gradient[1] * gradient[1];
                     if square > kept.square {
-                        let is_crossing = is_crossing(&laplacian, x, y);
-                        *kept = Edge { gradient: [dx, dy], square, is_crossing };
+                        *kept = Edge { gradient, square, is_crossing: bends.is_crossing(x) };
                     }
                 }
             });
@@ -129,38 +144,93 @@ impl Edges {
     }
 }
 
-/// The value at a place that may lie one beyond the border, which is continued outward.
-fn at(raster: &Raster<f32>, x: usize, y: usize, dx: isize, dy: isize) -> f32 {
-    let clamp = |at: usize, by: isize, end: usize| at.saturating_add_signed(by).min(end - 1);
-    raster.row(clamp(y, dy, raster.height()))[clamp(x, dx, raster.width())]
+/// sRGB's curve as a table over the root of light, along which it is nearly straight: its power would be half of the work.
+///
+/// The root alone will not do: it is steeper in the darks, and wires went astray along them.
+struct Curve {
+    encoded: Vec<f64>,
 }
 
-/// Sobel's gradient: its direction is nearer to the truth than that of plain differences.
-fn gradient_at(raster: &Raster<f32>, x: usize, y: usize) -> [f32; 2] {
-    let at = |dx, dy| at(raster, x, y, dx, dy);
-    let side = |d: isize| at(d, -1) + 2.0 * at(d, 0) + at(d, 1);
-    let level = |d: isize| at(-1, d) + 2.0 * at(0, d) + at(1, d);
-    [(side(1) - side(-1)) / 8.0, (level(1) - level(-1)) / 8.0]
+impl Curve {
+    const STEPS: usize = 1024;
+
+    fn new() -> Self {
+        let root = |at: usize| at as f64 / Self::STEPS as f64;
+        Self { encoded: (0..=Self::STEPS).map(|at| encode_srgb(root(at) * root(at))).collect() }
+    }
+
+    fn encode(&self, linear: f64) -> f32 {
+        // Written so that what is no number is black.
+        let root = if linear > 0.0 { linear.min(1.0).sqrt() * Self::STEPS as f64 } else { 0.0 };
+        let at = (root as usize).min(Self::STEPS - 1);
+        let (low, high) = (self.encoded[at], self.encoded[at + 1]);
+        (low + (root - at as f64) * (high - low)) as f32
+    }
+}
+
+/// A raster of the same size, made row by row.
+fn by_rows<T: Copy + Sync>(raster: &Raster<T>, make: impl Fn(&[T], &mut [f32]) + Sync) -> Raster<f32> {
+    let mut made = Raster::new(raster.width(), raster.height(), 0.0f32);
+    let rows = made.as_mut_slice().par_chunks_mut(raster.width().max(1));
+    rows.enumerate().for_each(|(y, out)| make(raster.row(y), out));
+    made
+}
+
+/// A row and the two beside it; the border is continued outward.
+struct Neighbours<'a> {
+    above: &'a [f32],
+    row: &'a [f32],
+    below: &'a [f32],
+}
+
+impl<'a> Neighbours<'a> {
+    fn new(raster: &'a Raster<f32>, y: usize) -> Self {
+        let below = (y + 1).min(raster.height() - 1);
+        Self { above: raster.row(y.saturating_sub(1)), row: raster.row(y), below: raster.row(below) }
+    }
+
+    /// The columns beside one.
+    fn beside(&self, x: usize) -> (usize, usize) {
+        (x.saturating_sub(1), (x + 1).min(self.row.len() - 1))
+    }
+
+    /// Sobel's gradient: its direction is nearer to the truth than that of plain differences.
+    fn gradient(&self, x: usize) -> [f32; 2] {
+        let (left, right) = self.beside(x);
+        let side = |x: usize| self.above[x] + 2.0 * self.row[x] + self.below[x];
+        let level = |row: &[f32]| row[left] + 2.0 * row[x] + row[right];
+        [(side(right) - side(left)) / 8.0, (level(self.below) - level(self.above)) / 8.0]
+    }
+
+    fn laplacian(&self, x: usize) -> f32 {
+        let (left, right) = self.beside(x);
+        self.row[left] + self.row[right] + self.above[x] + self.below[x] - 4.0 * self.row[x]
+    }
+
+    /// Whether a Laplacian is 0 here, or changes its sign toward a neighbour that is farther from 0.
+    fn is_crossing(&self, x: usize) -> bool {
+        let (left, right) = self.beside(x);
+        let here = self.row[x];
+        // Of two equals the left or upper one: an edge is one pixel wide.
+        let to = |there: f32, is_after: bool| {
+            let is_nearer = here.abs() < there.abs() || (here.abs() == there.abs() && is_after);
+            here * there < 0.0 && is_nearer
+        };
+        here == 0.0
+            || to(self.row[right], true)
+            || to(self.below[x], true)
+            || to(self.row[left], false)
+            || to(self.above[x], false)
+    }
 }
 
 fn laplacian_of(raster: &Raster<f32>) -> Raster<f32> {
-    Raster::from_fn(raster.width(), raster.height(), |x, y| {
-        let at = |dx, dy| at(raster, x, y, dx, dy);
-        at(-1, 0) + at(1, 0) + at(0, -1) + at(0, 1) - 4.0 * at(0, 0)
-    })
-}
-
-/// Whether the Laplacian is 0 here, or changes its sign toward a neighbour that is farther from 0.
-fn is_crossing(laplacian: &Raster<f32>, x: usize, y: usize) -> bool {
-    let here = laplacian.at(x, y);
-    let neighbours = [(1, 0), (0, 1), (-1, 0), (0, -1)];
-    here == 0.0
-        || neighbours.into_iter().any(|(dx, dy)| {
-            let there = at(laplacian, x, y, dx, dy);
-            // Of two equals the left or upper one: an edge is one pixel wide.
-            let is_nearer = here.abs() < there.abs() || (here.abs() == there.abs() && dx + dy > 0);
-            here * there < 0.0 && is_nearer
-        })
+    let mut laplacian = Raster::new(raster.width(), raster.height(), 0.0f32);
+    laplacian.as_mut_slice().par_chunks_mut(raster.width().max(1)).enumerate().for_each(|(y, out)| {
+        let around = Neighbours::new(raster, y);
+        out.iter_mut().enumerate().for_each(|(x, out)| *out = around.laplacian(x));
+    });
+    laplacian
 }
 
 /// Smoothed by a Gaussian, the border continued outward.
@@ -173,10 +243,12 @@ fn smoothed(raster: &Raster<f32>, sigma: f64) -> Raster<f32> {
     let weights = gaussian_weights(sigma, radius);
     let mut along = raster.clone();
     along.as_mut_slice().par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+        // The row continued outward, so that no tap asks where it ends.
         let row = raster.row(y);
-        for (x, out) in out.iter_mut().enumerate() {
-            let tap = |tap: usize| row[(x + tap).saturating_sub(radius).min(width - 1)];
-            *out = weights.iter().enumerate().map(|(at, weight)| weight * tap(at)).sum();
+        let wide: Vec<f32> =
+            (0..width + 2 * radius).map(|x| row[x.saturating_sub(radius).min(width - 1)]).collect();
+        for (out, taps) in out.iter_mut().zip(wide.windows(weights.len())) {
+            *out = weights.iter().zip(taps).map(|(weight, value)| weight * value).sum();
         }
     });
     let mut both = Raster::new(width, height, 0.0f32);
@@ -187,4 +259,20 @@ fn smoothed(raster: &Raster<f32>, sigma: f64) -> Raster<f32> {
         }
     });
     both
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_table_is_the_curve() {
+        let curve = Curve::new();
+        for at in 0..=10_000 {
+            let linear = f64::from(at) / 10_000.0;
+            let off = (f64::from(curve.encode(linear)) - encode_srgb(linear)).abs();
+            assert!(off < 2e-4, "{off} at {linear}");
+        }
+        assert_eq!((curve.encode(f64::NAN), curve.encode(-1.0), curve.encode(9.0)), (0.0, 0.0, 1.0));
+    }
 }
