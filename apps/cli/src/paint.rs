@@ -7,9 +7,7 @@ use std::time::Instant;
 use girtin::grid::random::fold;
 use girtin::painting::map_file::MapError;
 use girtin::painting::picture::{PictureError, write_png};
-use girtin::painting::{
-    Document, PaintConfig, PaintError, ResolveError, Stock, WaterDetail, composite, memory,
-};
+use girtin::painting::{Document, PaintConfig, PaintError, ResolveError, Stock, WaterDetail, memory};
 use girtin::paper::Paper;
 use girtin::params::Place;
 
@@ -180,10 +178,10 @@ impl Job<'_> {
         let painted = painted.map_err(|error| self.failed(&error))?;
         self.interrupt.check()?;
         let (seconds, start) = (start.elapsed().as_secs_f64(), Instant::now());
-        let picture = composite::encode(&painted.picture);
+        let picture = painted.development().encoded(|color| color.to_srgb().to_bytes());
         let seed = self.document.sheet.seed.to_string();
         let words = [("Seed", seed), ("Document", format!("{:016x}", fingerprint(self.text)))];
-        let meta = self.means.picture.meta(Some(painted.pixels_per_mm), &words);
+        let meta = self.means.picture.meta(Some(painted.sheet.pixels_per_mm), &words);
         let staged = target.stage(|writer| Ok(write_png(writer, &picture, &meta)?))?;
         self.means.talk.detail(&format!(
             "painted in {seconds:.2} s; encoded and written in {:.2} s",

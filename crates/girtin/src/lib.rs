@@ -6,7 +6,8 @@
 //! - [`optics`]: pigments, and what color they give in layers;
 //! - [`paper`]: sheets with grain, defined in millimetres;
 //! - [`wash`]: water and pigment over time;
-//! - [`painting`]: a document of glazes; resolved, simulated, composited; and its files.
+//! - [`painting`]: a document of glazes; resolved, simulated, developed into a picture; and its files;
+//! - [`watercolorize`]: a photograph becomes a painting.
 //!
 //! # A wash by hand
 //!
@@ -52,3 +53,5 @@ pub use girtin_paper as paper;
 pub use girtin_wash as wash;
 
 pub use girtin_painting as painting;
+
+pub use girtin_watercolorize as watercolorize;

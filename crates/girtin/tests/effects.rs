@@ -6,7 +6,7 @@ use girtin::grid::{Field, Raster};
 use girtin::optics::{Layer, LinearRgb};
 use girtin::painting::gallery::{EFFECTS, Example, LIVING, SWATCHES};
 use girtin::painting::picture::{PngMeta, write_png};
-use girtin::painting::{Document, PaintConfig, Painted, Stock, composite, handling_of};
+use girtin::painting::{Document, MapChest, PaintConfig, Painted, Stock, composite, handling_of};
 use girtin::wash::{C97Params, Patch, PigmentHandling, RunConfig, Wash, WashModel, WashState};
 
 fn example(name: &str) -> Example {
@@ -16,8 +16,7 @@ fn example(name: &str) -> Example {
 fn paint(example: Example, long_edge: u32) -> Painted {
     let stock = Stock::builtin();
     let document = Document::from_toml(example.name, example.text, &stock).unwrap().with_long_edge(long_edge);
-    let no_maps = |file: &str| panic!("the gallery needs no map `{file}`");
-    document.paint(&stock, &no_maps, &PaintConfig::default()).unwrap()
+    document.paint(&stock, &MapChest::default(), &PaintConfig::default()).unwrap()
 }
 
 /// The cells of a field as a raster.
@@ -88,7 +87,7 @@ fn pigment_granulates_in_the_valleys_the_more_the_higher_its_granulation() {
         let (mut valley, mut amount) = (Vec::new(), Vec::new());
         let deposited = cells(&state.deposited[pigment]);
         for (i, _) in inside.as_slice().iter().enumerate().filter(|(_, depth)| **depth == 12) {
-            valley.push(1.0 - painted.height.as_slice()[i]);
+            valley.push(1.0 - painted.sheet.height.as_slice()[i]);
             amount.push(deposited.as_slice()[i]);
         }
         correlation(&valley, &amount)
@@ -96,8 +95,8 @@ fn pigment_granulates_in_the_valleys_the_more_the_higher_its_granulation() {
     assert!(valleys_and(0) > 0.3, "ultramarine correlates {} with the valleys", valleys_and(0));
 
     let contrast = |granulation: f64| {
-        let mut state = WashState::dry(&painted.height, 1);
-        for y in 0..painted.height.height() {
+        let mut state = WashState::dry(&painted.sheet.height, 1);
+        for y in 0..painted.sheet.height.height() {
             state.wet_mask.cells_mut(y).fill(1);
         }
         let model = WashModel::C97 {
@@ -106,7 +105,7 @@ fn pigment_granulates_in_the_valleys_the_more_the_higher_its_granulation() {
         };
         let handling = PigmentHandling { density: 0.05, staining_power: 3.0, granulation };
         let mut wash = Wash::new(state, model, vec![handling]).unwrap();
-        let (width, height) = (painted.height.width(), painted.height.height());
+        let (width, height) = (painted.sheet.height.width(), painted.sheet.height.height());
         wash.add_pigment(0, Patch::whole(&Raster::new(width, height, 0.4)));
         wash.run(20, &RunConfig::default()).unwrap();
         let amount = cells(&wash.state().deposited[0]);
@@ -126,7 +125,7 @@ fn a_dry_brush_touches_only_the_peaks() {
         let dry_pigment = wet.as_slice().iter().zip(pigment.as_slice()).filter(|(wet, _)| **wet == 0);
         assert!(dry_pigment.clone().all(|(_, amount)| *amount == 0.0), "pigment on paper that stayed dry");
         let heights = |wanted: u8| {
-            let both = wet.as_slice().iter().zip(painted.height.as_slice());
+            let both = wet.as_slice().iter().zip(painted.sheet.height.as_slice());
             mean(both.filter(move |(wet, _)| **wet == wanted).map(|(_, height)| *height))
         };
         assert!(heights(1) > heights(0) + 0.08, "touched {} of untouched {}", heights(1), heights(0));
@@ -203,11 +202,10 @@ fn a_glaze_over_a_glaze_is_kubelka_s_composition() {
     let example = example("glazing");
     let mut document = Document::from_toml(example.name, example.text, &stock).unwrap().with_long_edge(160);
     document.sheet.cells_per_pixel = 1;
-    let no_maps = |file: &str| panic!("the gallery needs no map `{file}`");
-    let painted = document.paint(&stock, &no_maps, &PaintConfig::default()).unwrap();
-    let mut overlaps = 0;
-    for y in 0..painted.picture.height() {
-        for x in 0..painted.picture.width() {
+    let painted = document.paint(&stock, &MapChest::default(), &PaintConfig::default()).unwrap();
+    let (mut overlaps, picture) = (0, painted.picture());
+    for y in 0..picture.height() {
+        for x in 0..picture.width() {
             let mut stack = Layer::CLEAR;
             let mut layers = 0;
             for (glaze, planned) in painted.glazes.iter().zip(&document.glazes) {
@@ -218,7 +216,7 @@ fn a_glaze_over_a_glaze_is_kubelka_s_composition() {
             }
             let LinearRgb(wanted) = stack.over_ground(document.sheet.ground);
             overlaps += usize::from(layers == 3);
-            for (wanted, found) in wanted.iter().zip(painted.picture.at(x, y).0) {
+            for (wanted, found) in wanted.iter().zip(picture.at(x, y).0) {
                 assert!((wanted - found).abs() < 1e-6, "{wanted} and {found} at {x}, {y}");
             }
         }
@@ -253,8 +251,7 @@ fn recipes_hold_on_other_sheets_and_at_other_sizes() {
             let mut document =
                 Document::from_toml(example.name, example.text, &stock).unwrap().with_long_edge(long_edge);
             document.sheet.seed = seed;
-            let no_maps = |file: &str| panic!("the gallery needs no map `{file}`");
-            let painted = document.paint(&stock, &no_maps, &PaintConfig::default());
+            let painted = document.paint(&stock, &MapChest::default(), &PaintConfig::default());
             assert!(painted.is_ok(), "{} with seed {seed} at {long_edge}: {:?}", example.name, painted.err());
         }
     }
@@ -271,7 +268,7 @@ fn the_gallery_looks_as_it_did() {
     let of_paper = EFFECTS.into_iter().chain([SWATCHES]).map(|example| (example, "", 96));
     let of_living = LIVING.into_iter().map(|example| (example, "living/", 128));
     for (example, model, size) in of_paper.chain(of_living) {
-        let picture = composite::encode(&paint(example, size).picture);
+        let picture = composite::encode(&paint(example, size).picture());
         let path = folder.join(format!("{model}{}.png", example.name));
         if writing {
             let file = std::fs::File::create(&path).unwrap();

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// What each crate may depend on among Girtin's own, from the ground up.
-const HOUSE: [(&str, &[&str]); 8] = [
+const HOUSE: [(&str, &[&str]); 9] = [
     ("girtin-grid", &[]),
     ("girtin-params", &[]),
     ("girtin-optics", &["girtin-grid", "girtin-params"]),
@@ -13,8 +13,20 @@ const HOUSE: [(&str, &[&str]); 8] = [
     ("girtin-wash", &["girtin-grid", "girtin-params"]),
     ("girtin-painting", &["girtin-grid", "girtin-params", "girtin-optics", "girtin-paper", "girtin-wash"]),
     (
-        "girtin",
+        "girtin-watercolorize",
         &["girtin-grid", "girtin-params", "girtin-optics", "girtin-paper", "girtin-wash", "girtin-painting"],
+    ),
+    (
+        "girtin",
+        &[
+            "girtin-grid",
+            "girtin-params",
+            "girtin-optics",
+            "girtin-paper",
+            "girtin-wash",
+            "girtin-painting",
+            "girtin-watercolorize",
+        ],
     ),
     ("girtin-cli", &["girtin"]),
 ];

@@ -6,7 +6,8 @@
 //! - [`noise`]: gradient noise, fractal sums and cellular noise over the plane, tileable at will;
 //! - [`raster`]: a plain rectangle of values, the currency between crates;
 //! - [`field`]: a raster with a dry border, laid out for row kernels;
-//! - [`blur`]: separable Gaussian weights and blurs.
+//! - [`blur`]: Gaussian weights; blurs of rasters, and blurs that walls stop;
+//! - [`resize`]: the same raster with more or fewer cells.
 #![forbid(unsafe_code)]
 
 pub mod memory;
@@ -15,6 +16,7 @@ pub mod noise;
 pub mod raster;
 pub mod field;
 pub mod blur;
+pub mod resize;
 
 pub use field::{Field, Layout};
 pub use raster::Raster;

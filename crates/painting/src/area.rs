@@ -4,8 +4,10 @@ use std::ops::Range;
 
 use girtin_grid::noise::{Fractal, Noise};
 use girtin_grid::{Raster, random};
+use girtin_params::Table;
 use girtin_params::read::Fault;
-use girtin_params::{Place, Table};
+
+use crate::document::MapName;
 
 /// Farthest coordinate, mm.
 const MAX_MM: f64 = 10_000.0;
@@ -75,12 +77,7 @@ pub enum Shape {
         width: [f64; 2],
     },
     /// A picture or array stretched over the sheet: 0 is nothing, 1 everything.
-    Map {
-        /// Name of the file.
-        file: String,
-        /// Where the document names it.
-        place: Place,
-    },
+    Map(MapName),
 }
 
 impl Area {
@@ -131,7 +128,7 @@ impl Area {
                 let end = table.real("end_width", length.clone())?.unwrap_or(begin);
                 Shape::Stroke { points: points(1)?, width: [begin, end] }
             }
-            Kind::Map => Shape::Map { file: table.need_text("file")?, place: table.place("file") },
+            Kind::Map => Shape::Map(MapName { file: table.need_text("file")?, place: table.place("file") }),
         };
         Ok(Self {
             shape,
@@ -153,6 +150,18 @@ pub struct Canvas<'a> {
     pub cells_per_mm: f64,
     /// Seed of ragged edges.
     pub seed: u64,
+    /// Where the first cell's corner is on the sheet, cells.
+    pub origin: [f64; 2],
+    /// Columns and rows of the whole sheet, cells.
+    pub sheet: [f64; 2],
+}
+
+impl<'a> Canvas<'a> {
+    /// A whole sheet.
+    pub fn whole(height: &'a Raster<f32>, cells_per_mm: f64, seed: u64) -> Self {
+        let sheet = [height.width() as f64, height.height() as f64];
+        Self { height, cells_per_mm, seed, origin: [0.0; 2], sheet }
+    }
 }
 
 /// How much of each cell an area covers, over the rectangle of cells that it may touch.
@@ -172,15 +181,13 @@ impl Area {
     }
 
     /// Columns and rows of the cells that it may touch, on a canvas of `size` columns and rows.
-    pub(crate) fn extent(&self, size: [usize; 2], cells_per_mm: f64) -> [Range<usize>; 2] {
+    pub(crate) fn extent(&self, size: [usize; 2], cells_per_mm: f64, origin: [f64; 2]) -> [Range<usize>; 2] {
         let reach = self.soft_mm + self.ragged_mm;
         let [low, high] = self.shape.bounds().map_or([[0.0; 2], [f64::INFINITY; 2]], |[low, high]| {
             [low.map(|x| x - reach), high.map(|x| x + reach)]
         });
-        let cell = |mm: f64, end: usize| (mm * cells_per_mm).clamp(0.0, end as f64);
-        [0, 1].map(|axis| {
-            cell(low[axis], size[axis]).floor() as usize..cell(high[axis], size[axis]).ceil() as usize
-        })
+        let cell = |mm: f64, axis: usize| (mm * cells_per_mm - origin[axis]).clamp(0.0, size[axis] as f64);
+        [0, 1].map(|axis| cell(low[axis], axis).floor() as usize..cell(high[axis], axis).ceil() as usize)
     }
 
     /// Lays the area on a canvas; `map` is the raster of [`Shape::Map`].
@@ -210,13 +217,14 @@ impl Area {
     ) -> Coverage {
         let (width, height) = (canvas.height.width(), canvas.height.height());
         let reach = self.soft_mm + self.ragged_mm;
-        let [columns, rows] = self.extent([width, height], canvas.cells_per_mm);
+        let [columns, rows] = self.extent([width, height], canvas.cells_per_mm, canvas.origin);
         let (x0, x1, y0, y1) = (columns.start, columns.end, rows.start, rows.end);
         let noise = Noise::new(canvas.seed, random::stage("ragged edge"));
         let bristles = Noise::new(canvas.seed, random::stage("bristles"));
         let amount = Raster::from_fn(x1 - x0, y1 - y0, |x, y| {
             let (x, y) = (x0 + x, y0 + y);
-            let at = [(x as f64 + 0.5) / canvas.cells_per_mm, (y as f64 + 0.5) / canvas.cells_per_mm];
+            let cell = [canvas.origin[0] + x as f64 + 0.5, canvas.origin[1] + y as f64 + 0.5];
+            let at = cell.map(|cells| cells / canvas.cells_per_mm);
             if self.is_dry() {
                 let [along, across] = self.shape.along_and_across(at);
                 let [begin, end] = self.above_height;
@@ -230,9 +238,10 @@ impl Area {
                     return 0.0;
                 }
             }
-            if let (Shape::Map { .. }, Some(map)) = (&self.shape, map) {
-                let (u, v) = ((x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32);
-                return map.sample(u * map.width() as f32, v * map.height() as f32).clamp(0.0, 1.0);
+            if let (Shape::Map(_), Some(map)) = (&self.shape, map) {
+                let of_map = [map.width() as f64, map.height() as f64];
+                let [x, y] = [0, 1].map(|axis| (cell[axis] / canvas.sheet[axis] * of_map[axis]) as f32);
+                return map.sample(x, y).clamp(0.0, 1.0);
             }
             let mut distance = self.shape.distance(at);
             // The noise is dear; far from the edge it changes nothing.
@@ -257,7 +266,7 @@ impl Shape {
             [fold(f64::min, f64::INFINITY).map(|x| x - by), fold(f64::max, f64::NEG_INFINITY).map(|x| x + by)]
         };
         match self {
-            Self::Everywhere | Self::Map { .. } => None,
+            Self::Everywhere | Self::Map(_) => None,
             Self::Disc { center, radius } => Some(around(&[*center], *radius)),
             Self::Rectangle { from, to } => Some(around(&[*from, *to], 0.0)),
             Self::Polygon { points } => Some(around(points, 0.0)),
@@ -288,7 +297,7 @@ impl Shape {
     /// Distance from the shape's edge, mm, negative inside.
     fn distance(&self, [x, y]: [f64; 2]) -> f64 {
         match self {
-            Self::Everywhere | Self::Map { .. } => f64::NEG_INFINITY,
+            Self::Everywhere | Self::Map(_) => f64::NEG_INFINITY,
             Self::Disc { center, radius } => libm::hypot(x - center[0], y - center[1]) - radius,
             Self::Rectangle { from, to } => {
                 let beyond = [0, 1].map(|axis| {
@@ -351,7 +360,7 @@ mod tests {
 
     fn covered(area: &Area) -> f64 {
         let height = Raster::from_fn(100, 80, |x, _| if x < 50 { 0.3 } else { 0.7 });
-        let canvas = Canvas { height: &height, cells_per_mm: 4.0, seed: 1 };
+        let canvas = Canvas::whole(&height, 4.0, 1);
         let coverage = area.cover(&canvas, None);
         coverage.amount.as_slice().iter().map(|&amount| f64::from(amount)).sum::<f64>() / 16.0
     }

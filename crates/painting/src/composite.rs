@@ -6,6 +6,8 @@ use girtin_optics::{Coefficients, LinearRgb};
 use girtin_wash::WashState;
 use rayon::prelude::*;
 
+use crate::area::Coverage;
+
 /// Lays a wash over a ground, in place.
 ///
 /// Suspended and deposited pigment count alike: what is still in the water is seen as well.
@@ -37,6 +39,17 @@ pub fn lay_over(state: &WashState, paints: &[Coefficients], ground: &mut Raster<
             glaze_row(paints, &amounts, ground);
         }
     });
+}
+
+/// Covers the ground with opaque color.
+pub fn print(ground: &mut Raster<LinearRgb>, color: LinearRgb, coverage: &Coverage) {
+    for y in 0..coverage.amount.height() {
+        let cells = &mut ground.row_mut(coverage.y + y)[coverage.x..];
+        for (cell, &covered) in cells.iter_mut().zip(coverage.amount.row(y)) {
+            let below = cell.0;
+            *cell = LinearRgb([0, 1, 2].map(|c| below[c] + f64::from(covered) * (color.0[c] - below[c])));
+        }
+    }
 }
 
 /// The picture as it is shown: sRGB bytes.

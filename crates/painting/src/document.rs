@@ -35,8 +35,8 @@
 use girtin_optics::{Library, LinearRgb, Srgb};
 use girtin_paper::Papers;
 use girtin_params::read::Fault;
-use girtin_params::{Problem, Table, parse};
-use girtin_wash::WashModel;
+use girtin_params::{Place, Problem, Table, parse};
+use girtin_wash::{Ledger, WashModel};
 
 use crate::area::Area;
 use crate::wash_settings::read_model;
@@ -91,8 +91,16 @@ pub struct SheetSettings {
     pub printed: Vec<(LinearRgb, Area)>,
     /// Pixels of the picture a millimetre.
     pub pixels_per_mm: f64,
-    /// Cells along each side of a pixel; the picture is their mean, so that edges are smooth.
+    /// Samples along each side of a pixel, cells unless [`SheetSettings::cells_per_mm`] says otherwise; the picture is
+    /// their mean, so that edges are smooth.
     pub cells_per_pixel: u32,
+    /// Cells a millimetre that are simulated, whatever the picture's resolution: it is then developed from them, edges
+    /// and grain as fine as it shows them. `None`: as many as there are samples.
+    pub cells_per_mm: Option<f64>,
+    /// How much of the sheet is cut off on every side after painting, mm.
+    pub trim_mm: f64,
+    /// Depth of the paper's relief under raking light, mm; 0 shows none.
+    pub relief_mm: f64,
 }
 
 /// One wash with its pigments, dried before the next.
@@ -104,8 +112,32 @@ pub struct Glaze {
     pub pigments: Vec<String>,
     /// Physics.
     pub model: WashModel,
+    /// What it is confined to; `None`: the whole sheet.
+    pub outline: Option<Outline>,
     /// What was done, in order.
     pub events: Vec<Event>,
+}
+
+/// The shapes that a glaze is confined to. Water and pigment stay each in their own, and two that abut both end in an
+/// edge there, with no paper between.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outline {
+    /// A map whose values, in 255ths, tell shapes apart; what is 0 is not painted.
+    pub regions: MapName,
+    /// A map of how far the middle of each cell is from the edge of its shape, in cells times 16 of 255ths. Without it
+    /// edges run between cells.
+    pub edges: Option<MapName>,
+    /// A map of masking fluid: 1 stays bare.
+    pub masked: Option<MapName>,
+}
+
+/// A map as a document names it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapName {
+    /// Name of the file.
+    pub file: String,
+    /// Where the document names it.
+    pub place: Place,
 }
 
 /// One thing a painter does, or lets happen.
@@ -265,7 +297,18 @@ fn read_sheet(table: &Table<'_>, stock: &Stock) -> Result<SheetSettings, Fault> 
         let area = print.table("area", Area::read)?.unwrap_or_default();
         Ok((read_color(print, "color")?.unwrap_or(LinearRgb::BLACK), area))
     })?;
+    let cells_per_mm = table.real("cells_per_mm", Ledger::CELLS_PER_MM)?;
+    let trim_mm = table.real("trim", 0.0..=MAX_SIDE_MM)?.unwrap_or(0.0);
+    if trim_mm > 0.0 && cells_per_mm.is_none() {
+        return Err(table.fault("trim", "`trim` needs `cells_per_mm`").hint("add `cells_per_mm = 4`"));
+    }
+    if 2.0 * trim_mm >= size_mm[0].min(size_mm[1]) {
+        return Err(table.fault("trim", "nothing of the sheet is left").hint("trim less than half of it"));
+    }
     Ok(SheetSettings {
+        cells_per_mm,
+        trim_mm,
+        relief_mm: table.real("relief", 0.0..=1.0)?.unwrap_or(0.0),
         size_mm,
         paper: paper.id.clone(),
         seed: table.count("seed", 0..=u32::MAX)?.map_or(0, u64::from),
@@ -305,7 +348,25 @@ fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {
             "C97 does not dry by itself nor run down a board; give `model = \"living\"` under `[glaze.wash]`";
         return Err(table.fault("events", message).hint(hint));
     }
-    Ok(Glaze { name: table.text("name")?.unwrap_or_default(), model, events, pigments })
+    Ok(Glaze {
+        name: table.text("name")?.unwrap_or_default(),
+        model,
+        outline: table.table("outline", read_outline)?,
+        events,
+        pigments,
+    })
+}
+
+fn read_outline(table: &Table<'_>) -> Result<Outline, Fault> {
+    let map =
+        |key: &str| Ok::<_, Fault>(table.text(key)?.map(|file| MapName { file, place: table.place(key) }));
+    let regions = map("regions")?;
+    let regions = regions.ok_or_else(|| {
+        table
+            .fault("regions", "the outline lacks `regions`")
+            .hint("name a grey picture, a value for each shape")
+    })?;
+    Ok(Outline { regions, edges: map("edges")?, masked: map("masked")? })
 }
 
 #[derive(Clone, Copy)]
@@ -455,7 +516,7 @@ mod tests {
         let area =
             Area { shape: crate::area::Shape::Disc { center: [5.0, 5.0], radius: 3.0 }, ..Area::default() };
         let height = girtin_grid::Raster::new(80, 80, 0.5);
-        let canvas = Canvas { height: &height, cells_per_mm: 8.0, seed: 0 };
+        let canvas = Canvas::whole(&height, 8.0, 0);
         let water = area.cover_tapered(&canvas, None, crate::area::TAPER_MM).amount;
         let pigment = area.cover(&canvas, None).amount;
         let middle = water.width() / 2;

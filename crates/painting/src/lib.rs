@@ -5,9 +5,10 @@
 //!   TOML of a single wash;
 //! - [`gallery`]: the paper's figures as documents;
 //! - [`resolve`]: millimetres become cells, names become pigments;
+//! - [`maps`]: where the maps are that it names;
 //! - [`memory`]: how much memory it will take;
-//! - [`paint`]: every glaze is simulated;
-//! - [`composite`]: pigment becomes color;
+//! - [`paint`]: every glaze is simulated; [`dried`]: what it left, cell by cell;
+//! - [`develop`]: the picture, at its own resolution; [`composite`]: pigment becomes color;
 //! - files: [`state_file`], a wash's state as NumPy reads it; [`map_file`]; [`picture`], pictures in and out.
 #![forbid(unsafe_code)]
 
@@ -16,16 +17,21 @@ pub mod area;
 pub mod wash_settings;
 pub mod gallery;
 pub mod resolve;
+pub mod maps;
 pub mod memory;
 pub mod paint;
 mod easel;
+pub mod dried;
+pub mod develop;
 pub mod composite;
 
 pub mod state_file;
 pub mod map_file;
 pub mod picture;
 
+pub use develop::Development;
 pub use document::{Document, Stock};
-pub use paint::{PaintConfig, PaintError, Painted, WaterDetail};
+pub use maps::{MapChest, Maps, StoredMap};
+pub use paint::{PaintConfig, PaintError, Painted, PaintedGlaze, WaterDetail};
 pub use resolve::ResolveError;
 pub use wash_settings::{WashSettings, handling_of};

@@ -71,14 +71,15 @@ pub fn of_document(document: &Document) -> Option<u64> {
     let size = document.cells().ok()?;
     let layout = Layout::new(size[0], size[1]);
     let cells = (size[0] * size[1]) as u64;
-    let pixels = cells / u64::from(document.sheet.cells_per_pixel).pow(2);
-    let cells_per_mm = document.sheet.pixels_per_mm * f64::from(document.sheet.cells_per_pixel);
+    let [columns, rows] = document.picture_size();
+    let pixels = (columns * rows) as u64;
+    let cells_per_mm = document.cells_per_mm();
     let covered = |area: &crate::area::Area| {
-        let [columns, rows] = area.extent(size, cells_per_mm);
+        let [columns, rows] = area.extent(size, cells_per_mm, [0.0; 2]);
         (columns.len() * rows.len()) as u64
     };
-    // The height that all glazes begin with, and the sheet's color before and after them.
-    let mut bytes = cells * (4 + 2 * size_of::<LinearRgb>() as u64) + of_picture(pixels);
+    // The height that all glazes begin with.
+    let mut bytes = cells * 4 + of_picture(pixels);
     for glaze in &document.glazes {
         let mut wet = 0;
         for event in &glaze.events {
@@ -99,7 +100,9 @@ pub fn of_document(document: &Document) -> Option<u64> {
             let wets = matches!(event, Event::Wet { .. } | Event::Brush { .. } | Event::Moisten { .. });
             wet += if wets { cells } else { 0 };
         }
-        bytes += 4 * cells + running(wet.min(cells), glaze.pigments.len(), &glaze.model, layout);
+        // What dried stays until the picture is developed.
+        bytes += 4 * cells * (1 + glaze.pigments.len() as u64);
+        bytes += running(wet.min(cells), glaze.pigments.len(), &glaze.model, layout);
     }
     Some(bytes)
 }
@@ -149,7 +152,7 @@ mod tests {
             of_document(&Document::from_toml("d.toml", &text, &Stock::builtin()).unwrap()).unwrap()
         };
         let cells = 400 * 400;
-        let bare = 2 * 4 * cells + 2 * 24 * cells + 27 * cells;
+        let bare = 3 * 4 * cells + 27 * cells;
         assert!(paint(1.0) > bare && paint(1.0) < bare + bare / 100);
         // Twice the width is four times the cells.
         assert_eq!(paint(20.0) - bare, 4 * (paint(10.0) - bare));

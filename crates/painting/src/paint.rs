@@ -7,10 +7,12 @@ use girtin_optics::LinearRgb;
 use girtin_wash::{Ledger, Patch, RunConfig, RunError, StateError, WashModel, WashState};
 
 use crate::area::Coverage;
-use crate::composite::lay_over;
-use crate::document::{Document, Stock};
+use crate::develop::Development;
+use crate::document::{Document, Glaze, Stock};
+use crate::dried::Dried;
 use crate::easel::Easel;
-use crate::resolve::{Deed, Plan, PlannedGlaze, PlannedRun, ResolveError};
+use crate::maps::Maps;
+use crate::resolve::{Deed, PlannedGlaze, PlannedRun, PlannedSheet, ResolveError};
 
 /// How finely water is simulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,23 +45,41 @@ impl std::fmt::Debug for PaintConfig<'_> {
 }
 
 /// A painted document.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Painted {
-    /// The picture, in linear light.
-    pub picture: Raster<LinearRgb>,
-    /// Resolution of the picture.
-    pub pixels_per_mm: f64,
-    /// Height of the paper the washes ran on.
-    pub height: Raster<f32>,
+    /// The sheet.
+    pub sheet: PlannedSheet,
     /// What every glaze left, from the paper up.
     pub glazes: Vec<PaintedGlaze>,
+}
+
+impl Painted {
+    /// To be seen.
+    pub fn development(&self) -> Development<'_> {
+        self.development_of(self.glazes.len())
+    }
+
+    /// The first so many glazes, to be seen.
+    pub fn development_of(&self, glazes: usize) -> Development<'_> {
+        let glazes = &self.glazes[..glazes.min(self.glazes.len())];
+        Development::new(&self.sheet, glazes.iter().map(|glaze| (&glaze.dried, &glaze.plan)))
+    }
+
+    /// The picture, in linear light.
+    pub fn picture(&self) -> Raster<LinearRgb> {
+        self.development().picture()
+    }
 }
 
 /// What a glaze left on the paper.
 #[derive(Clone, Debug)]
 pub struct PaintedGlaze {
+    /// Its pigments and its outline.
+    pub plan: PlannedGlaze,
     /// The state of its wash.
     pub state: WashState,
+    /// What of it is seen.
+    pub dried: Dried,
     /// Each pigment's balance.
     pub pigments: Vec<PigmentBalance>,
 }
@@ -103,50 +123,83 @@ pub enum PaintError {
 }
 
 impl Document {
-    /// Resolves, simulates and composites the document; `open` gives the bytes of a map's file.
+    /// Resolves and simulates the document.
     ///
     /// # Errors
     /// The document cannot be resolved, a wash ran away, or the caller cancelled.
     pub fn paint(
         &self,
         stock: &Stock,
-        open: &dyn Fn(&str) -> std::io::Result<Vec<u8>>,
+        maps: &dyn Maps,
         config: &PaintConfig<'_>,
     ) -> Result<Painted, PaintError> {
-        let plan = self.resolve(stock, open)?;
-        let mut picture = plan.ground.clone();
+        let plan = self.resolve(stock, maps)?;
         let mut glazes = Vec::new();
         let mut done = 0;
-        for (index, (glaze, planned)) in self.glazes.iter().zip(&plan.glazes).enumerate() {
-            let progress = |steps| {
+        for (index, (glaze, planned)) in self.glazes.iter().zip(plan.glazes).enumerate() {
+            let progress = |steps, _| {
                 if let Some(progress) = config.progress {
                     progress(done + steps, self.steps());
                 }
             };
-            let (state, balances) = simulate(&plan, planned, index, config, &progress)?;
+            let config = PaintConfig { progress: Some(&progress), ..*config };
+            glazes.push(paint_glaze(&plan.sheet, glaze, planned, index, &config)?);
             done += glaze.steps();
-            lay_over(&state, &planned.paints, &mut picture);
-            let names = glaze.pigments.iter().zip(balances).zip(state.pigment_totals());
-            let pigments = names.map(|((name, [laid, lifted]), total)| PigmentBalance {
-                name: name.clone(),
-                laid,
-                lifted,
-                total,
-            });
-            glazes.push(PaintedGlaze { pigments: pigments.collect(), state });
         }
-        Ok(Painted {
-            picture: reduced(&picture, self.sheet.cells_per_pixel as usize),
-            pixels_per_mm: self.sheet.pixels_per_mm,
-            height: plan.height,
-            glazes,
-        })
+        Ok(Painted { sheet: plan.sheet, glazes })
     }
+}
+
+/// Simulates one glaze on dry paper; `index` is its number, from 0, for errors.
+///
+/// # Errors
+/// The wash ran away, or the caller cancelled.
+pub fn paint_glaze(
+    sheet: &PlannedSheet,
+    glaze: &Glaze,
+    mut plan: PlannedGlaze,
+    index: usize,
+    config: &PaintConfig<'_>,
+) -> Result<PaintedGlaze, PaintError> {
+    let progress = |steps| {
+        if let Some(progress) = config.progress {
+            progress(steps, glaze.steps());
+        }
+    };
+    let (state, balances) = simulate(sheet, &plan, index, config, &progress)?;
+    let names = glaze.pigments.iter().zip(balances).zip(state.pigment_totals());
+    let pigments = names.map(|((name, [laid, lifted]), total)| PigmentBalance {
+        name: name.clone(),
+        laid,
+        lifted,
+        total,
+    });
+    let paper = (!sheet.samples_are_cells).then_some(&sheet.height);
+    let laid = if plan.outline.is_some() { laid_by(&plan, &sheet.height) } else { Vec::new() };
+    plan.deeds = Vec::new(); // done, and large
+    let dried = Dried::new(&state, plan.outline.as_ref(), &laid, paper);
+    Ok(PaintedGlaze { pigments: pigments.collect(), plan, state, dried })
+}
+
+/// What a plan brushes on of each pigment, water or not.
+fn laid_by(plan: &PlannedGlaze, height: &Raster<f32>) -> Vec<Raster<f32>> {
+    let mut laid = vec![Raster::new(height.width(), height.height(), 0.0f32); plan.handlings.len()];
+    for deed in &plan.deeds {
+        let Deed::Pigment(coverage, amounts) = deed else { continue };
+        for (laid, &amount) in laid.iter_mut().zip(amounts) {
+            for y in 0..coverage.amount.height() {
+                let row = &mut laid.row_mut(coverage.y + y)[coverage.x..];
+                let covered = coverage.amount.row(y);
+                row.iter_mut().zip(covered).for_each(|(laid, covered)| *laid += covered * amount as f32);
+            }
+        }
+    }
+    laid
 }
 
 /// Runs one glaze; returns its state, and what was laid and lifted of each pigment.
 fn simulate(
-    plan: &Plan,
+    plan: &PlannedSheet,
     glaze: &PlannedGlaze,
     index: usize,
     config: &PaintConfig<'_>,
@@ -264,21 +317,4 @@ fn counted_from(before: u64, error: RunError) -> RunError {
 
 fn patch(coverage: &Coverage) -> Patch<'_> {
     Patch { x: coverage.x, y: coverage.y, amounts: &coverage.amount }
-}
-
-/// The mean color of every block of `factor` × `factor` cells, in linear light.
-fn reduced(picture: &Raster<LinearRgb>, factor: usize) -> Raster<LinearRgb> {
-    if factor == 1 {
-        return picture.clone();
-    }
-    let weight = 1.0 / (factor * factor) as f64;
-    Raster::from_fn(picture.width() / factor, picture.height() / factor, |x, y| {
-        let mut sum = [0.0; 3];
-        for row in y * factor..(y + 1) * factor {
-            for color in &picture.row(row)[x * factor..(x + 1) * factor] {
-                sum.iter_mut().zip(color.0).for_each(|(sum, channel)| *sum += channel);
-            }
-        }
-        LinearRgb(sum.map(|sum| sum * weight))
-    })
 }

@@ -10,26 +10,54 @@ use girtin_params::Place;
 use girtin_wash::{Ledger, PigmentHandling, WashModel};
 
 use crate::area::{Area, Canvas, Coverage, Shape, TAPER_MM};
-use crate::document::{Document, Event, Glaze, Stock};
-use crate::map_file::{self, MapError};
+use crate::document::{Document, Event, Glaze, MapName, Outline, Stock};
+use crate::map_file::MapError;
+use crate::maps::{MapFault, Maps};
 use crate::memory;
-use crate::picture::PictureLimits;
 use crate::wash_settings::handling_of;
 
 /// Most cells of a canvas.
 pub const MAX_CELLS: u64 = 1 << 28;
 
+/// Steps of the edge map's distances to a cell.
+pub const EDGE_STEPS: f32 = 16.0;
+
 /// A document as the simulator needs it.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Plan {
+    /// The sheet.
+    pub sheet: PlannedSheet,
+    /// Glazes from the paper up.
+    pub glazes: Vec<PlannedGlaze>,
+}
+
+/// A sheet as the simulator and the picture need it.
+#[derive(Debug)]
+pub struct PlannedSheet {
     /// Paper height in every cell.
     pub height: Raster<f32>,
     /// Cells a millimetre.
     pub cells_per_mm: f64,
-    /// The sheet before anything is painted.
-    pub ground: Raster<LinearRgb>,
-    /// Glazes from the paper up.
-    pub glazes: Vec<PlannedGlaze>,
+    /// Seed of the paper's grain and of ragged edges.
+    pub seed: u64,
+    /// The paper itself, for its height at the picture's resolution.
+    pub paper: Sheet,
+    /// Color of the bare sheet.
+    pub ground: LinearRgb,
+    /// What is printed on it, in order, with the raster of an area that is a map.
+    pub printed: Vec<(LinearRgb, Area, Option<Raster<f32>>)>,
+    /// Columns and rows of the picture.
+    pub picture: [usize; 2],
+    /// Resolution of the picture.
+    pub pixels_per_mm: f64,
+    /// Samples along each side of a pixel.
+    pub samples: usize,
+    /// How much is cut off on every side, mm.
+    pub trim_mm: f64,
+    /// Depth of the relief, mm.
+    pub relief_mm: f64,
+    /// Whether a sample is a cell.
+    pub samples_are_cells: bool,
 }
 
 /// A glaze as the simulator needs it.
@@ -41,8 +69,23 @@ pub struct PlannedGlaze {
     pub handlings: Vec<PigmentHandling>,
     /// Physics.
     pub model: WashModel,
+    /// What it is confined to.
+    pub outline: Option<PlannedOutline>,
     /// What happens, in order.
     pub deeds: Vec<Deed>,
+}
+
+/// The shapes of a glaze, a value a cell.
+#[derive(Clone, Debug)]
+pub struct PlannedOutline {
+    /// Which shape a cell belongs to; 0 is none.
+    pub regions: Raster<u8>,
+    /// Distance of its middle from the edge of its shape, cells.
+    pub edges: Raster<f32>,
+    /// Masking fluid, at any resolution over the whole sheet; 1 stays bare.
+    pub masked: Option<Raster<f32>>,
+    /// Where water may stand: not outside, not under masking fluid, and not on the seam between two shapes.
+    pub open: Raster<u8>,
 }
 
 /// An event on cells.
@@ -131,81 +174,161 @@ pub enum ResolveError {
 impl Document {
     /// Columns and rows of the picture, pixels.
     pub fn picture_size(&self) -> [f64; 2] {
-        self.sheet.size_mm.map(|mm| (mm * self.sheet.pixels_per_mm).round().max(1.0))
+        let seen = |mm: f64| (mm - 2.0 * self.sheet.trim_mm) * self.sheet.pixels_per_mm;
+        self.sheet.size_mm.map(|mm| seen(mm).round().max(1.0))
     }
 
     /// Cells a millimetre that are simulated.
     pub fn cells_per_mm(&self) -> f64 {
-        self.sheet.pixels_per_mm * f64::from(self.sheet.cells_per_pixel)
+        let samples = self.sheet.pixels_per_mm * f64::from(self.sheet.cells_per_pixel);
+        self.sheet.cells_per_mm.unwrap_or(samples)
     }
 
     /// Columns and rows that are simulated.
     ///
     /// # Errors
-    /// There are more than [`MAX_CELLS`], or too few or too many a millimetre for a living wash.
+    /// There are more than [`MAX_CELLS`], or as many samples of the picture, or too few or too many a millimetre for a
+    /// living wash.
     pub fn cells(&self) -> Result<[usize; 2], ResolveError> {
-        let [width, height] =
-            self.picture_size().map(|pixels| pixels * f64::from(self.sheet.cells_per_pixel));
-        if width * height > MAX_CELLS as f64 {
-            return Err(ResolveError::TooLarge { width, height });
+        let samples = self.picture_size().map(|pixels| pixels * f64::from(self.sheet.cells_per_pixel));
+        let cells = match self.sheet.cells_per_mm {
+            Some(cells_per_mm) => self.sheet.size_mm.map(|mm| (mm * cells_per_mm).round().max(1.0)),
+            None => samples,
+        };
+        for [width, height] in [samples, cells] {
+            if width * height > MAX_CELLS as f64 {
+                return Err(ResolveError::TooLarge { width, height });
+            }
         }
         let cells_per_mm = self.cells_per_mm();
         let is_living = |glaze: &Glaze| matches!(glaze.model, WashModel::Living(_));
         if self.glazes.iter().any(is_living) && !Ledger::CELLS_PER_MM.contains(&cells_per_mm) {
             return Err(ResolveError::Scale { cells_per_mm });
         }
-        Ok([width as usize, height as usize])
+        Ok(cells.map(|cells| cells as usize))
     }
 
-    /// Makes a plan; `open` gives the bytes of a map's file.
+    /// Makes a plan.
     ///
     /// # Errors
     /// The sheet is too large, or a map cannot be read.
-    pub fn resolve(
-        &self,
-        stock: &Stock,
-        open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-    ) -> Result<Plan, ResolveError> {
+    pub fn resolve(&self, stock: &Stock, maps: &dyn Maps) -> Result<Plan, ResolveError> {
+        let sheet = self.resolve_sheet(stock, maps)?;
+        let glazes = self.glazes.iter().map(|glaze| glaze.resolve(&sheet, stock, maps));
+        Ok(Plan { glazes: glazes.collect::<Result<_, _>>()?, sheet })
+    }
+
+    /// Makes a plan of the sheet alone.
+    ///
+    /// # Errors
+    /// As [`Document::resolve`].
+    pub fn resolve_sheet(&self, stock: &Stock, maps: &dyn Maps) -> Result<PlannedSheet, ResolveError> {
         let sheet = &self.sheet;
         let [width, height] = self.cells()?;
         probe(memory::pieces_of_document(self, [width, height]))?;
         let paper =
             stock.papers.get(&sheet.paper).map_err(|error| ResolveError::Unknown(error.to_string()))?;
-        let cells_per_mm = self.cells_per_mm();
-        let height = Sheet::new(paper, sheet.seed).height_field(width, height, cells_per_mm, [0.0, 0.0]);
-        let canvas = Canvas { height: &height, cells_per_mm, seed: sheet.seed };
-        let glazes = self.glazes.iter().map(|glaze| {
-            let pigments = glaze.pigments.iter().map(|name| stock.pigments.get(name));
-            let pigments: Vec<_> = pigments
-                .collect::<Result<_, _>>()
-                .map_err(|error| ResolveError::Unknown(error.to_string()))?;
-            Ok(PlannedGlaze {
-                paints: pigments.iter().map(|pigment| pigment.coefficients).collect(),
-                handlings: pigments.iter().map(|pigment| handling_of(pigment)).collect(),
-                model: glaze.model,
-                deeds: glaze.deeds(&canvas, open)?,
-            })
-        });
-        let glazes = glazes.collect::<Result<_, ResolveError>>()?;
-        let mut ground = Raster::new(width, height.height(), sheet.ground);
-        for (color, area) in &sheet.printed {
-            print(&mut ground, *color, &cover(area, &canvas, open)?);
-        }
-        Ok(Plan { cells_per_mm, ground, glazes, height })
+        let (paper, cells_per_mm) = (Sheet::new(paper, sheet.seed), self.cells_per_mm());
+        let printed = sheet.printed.iter();
+        let printed = printed.map(|(color, area)| Ok((*color, area.clone(), map_of(area, maps)?)));
+        Ok(PlannedSheet {
+            height: paper.height_field(width, height, cells_per_mm, [0.0, 0.0]),
+            cells_per_mm,
+            seed: sheet.seed,
+            paper,
+            ground: sheet.ground,
+            printed: printed.collect::<Result<_, ResolveError>>()?,
+            picture: self.picture_size().map(|pixels| pixels as usize),
+            pixels_per_mm: sheet.pixels_per_mm,
+            samples: sheet.cells_per_pixel as usize,
+            trim_mm: sheet.trim_mm,
+            relief_mm: sheet.relief_mm,
+            samples_are_cells: sheet.cells_per_mm.is_none(),
+        })
     }
 }
 
 impl Glaze {
-    fn deeds(
+    /// Makes a plan of the glaze on a sheet.
+    ///
+    /// # Errors
+    /// A pigment is not in the stock, or a map cannot be read.
+    pub fn resolve(
         &self,
-        canvas: &Canvas<'_>,
-        open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-    ) -> Result<Vec<Deed>, ResolveError> {
+        sheet: &PlannedSheet,
+        stock: &Stock,
+        maps: &dyn Maps,
+    ) -> Result<PlannedGlaze, ResolveError> {
+        let canvas = Canvas::whole(&sheet.height, sheet.cells_per_mm, sheet.seed);
+        let pigments = self.pigments.iter().map(|name| stock.pigments.get(name));
+        let pigments: Vec<_> =
+            pigments.collect::<Result<_, _>>().map_err(|error| ResolveError::Unknown(error.to_string()))?;
+        let size = [sheet.height.width(), sheet.height.height()];
+        let outline = self.outline.as_ref().map(|outline| outline.resolve(size, maps)).transpose()?;
         let mut deeds = Vec::new();
         for event in &self.events {
-            event.resolve(canvas, open, &mut deeds)?;
+            event.resolve(&canvas, maps, &mut deeds)?;
         }
-        Ok(deeds)
+        if let Some(outline) = &outline {
+            deeds.iter_mut().for_each(|deed| outline.confine(deed));
+        }
+        Ok(PlannedGlaze {
+            paints: pigments.iter().map(|pigment| pigment.coefficients).collect(),
+            handlings: pigments.iter().map(|pigment| handling_of(pigment)).collect(),
+            model: self.model,
+            outline,
+            deeds,
+        })
+    }
+}
+
+impl Outline {
+    fn resolve(&self, size: [usize; 2], maps: &dyn Maps) -> Result<PlannedOutline, ResolveError> {
+        let [width, height] = size;
+        let regions = load(&self.regions, maps)?;
+        let [wide, high] = [regions.width(), regions.height()];
+        // Shapes have no values between them: the nearest counts.
+        let near = |x: usize, y: usize| {
+            let (x, y) = ((2 * x + 1) * wide / (2 * width), (2 * y + 1) * high / (2 * height));
+            (regions.at(x, y) * 255.0 + 0.5) as u8
+        };
+        let regions = Raster::from_fn(width, height, near);
+        let edges = self.edges.as_ref().map(|edges| load(edges, maps)).transpose()?;
+        let to_cells = |value: f32| value * 255.0 / EDGE_STEPS * (width as f32 / wide as f32);
+        let edges = edges.map_or_else(
+            || Raster::new(width, height, 0.5),
+            |edges| {
+                Raster::from_fn(width, height, |x, y| {
+                    let at = [(x, wide, width), (y, high, height)];
+                    let [x, y] = at.map(|(at, of, cells)| (at as f32 + 0.5) * of as f32 / cells as f32);
+                    to_cells(edges.sample(x, y))
+                })
+            },
+        );
+        let masked = self.masked.as_ref().map(|masked| load(masked, maps)).transpose()?;
+        let open = Raster::from_fn(width, height, |x, y| {
+            let own = regions.at(x, y);
+            let abuts = |x: usize, y: usize| x < width && y < height && ![0, own].contains(&regions.at(x, y));
+            let is_masked = masked.as_ref().is_some_and(|masked| {
+                let [x, y] = [(x, width, masked.width()), (y, height, masked.height())]
+                    .map(|(at, cells, of)| (at as f32 + 0.5) * of as f32 / cells as f32);
+                masked.sample(x, y) >= 0.5
+            });
+            u8::from(own != 0 && !is_masked && !abuts(x + 1, y) && !abuts(x, y + 1))
+        });
+        Ok(PlannedOutline { regions, edges, masked, open })
+    }
+}
+
+impl PlannedOutline {
+    /// Keeps water off what is not open; pigment follows the water.
+    fn confine(&self, deed: &mut Deed) {
+        let (Deed::Wet(coverage) | Deed::Water(coverage) | Deed::Moisten(coverage)) = deed else { return };
+        let (x, y, amount) = (coverage.x, coverage.y, &mut coverage.amount);
+        for row in 0..amount.height() {
+            let open = &self.open.row(y + row)[x..];
+            amount.row_mut(row).iter_mut().zip(open).for_each(|(amount, &open)| *amount *= f32::from(open));
+        }
     }
 }
 
@@ -213,10 +336,10 @@ impl Event {
     fn resolve(
         &self,
         canvas: &Canvas<'_>,
-        open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
+        maps: &dyn Maps,
         deeds: &mut Vec<Deed>,
     ) -> Result<(), ResolveError> {
-        let cover = |area: &Area| cover(area, canvas, open);
+        let cover = |area: &Area| cover(area, canvas, maps);
         let scaled = |area: &Area, by: f64| Ok::<_, ResolveError>(times(cover(area)?, by));
         let wet = |area: &Area| {
             let mut coverage = cover(area)?;
@@ -230,7 +353,7 @@ impl Event {
             Self::Pigment { area, amounts } => Deed::Pigment(cover(area)?, amounts.clone()),
             Self::Brush { area, water, amounts } => {
                 deeds.push(Deed::Wet(wet(area)?));
-                let map = map_of(area, open)?;
+                let map = map_of(area, maps)?;
                 deeds.push(Deed::Water(times(area.cover_tapered(canvas, map.as_ref(), TAPER_MM), *water)));
                 Deed::Pigment(cover(area)?, amounts.clone())
             }
@@ -258,46 +381,23 @@ fn times(mut coverage: Coverage, by: f64) -> Coverage {
     coverage
 }
 
-fn cover(
-    area: &Area,
-    canvas: &Canvas<'_>,
-    open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-) -> Result<Coverage, ResolveError> {
-    Ok(area.cover(canvas, map_of(area, open)?.as_ref()))
+fn cover(area: &Area, canvas: &Canvas<'_>, maps: &dyn Maps) -> Result<Coverage, ResolveError> {
+    Ok(area.cover(canvas, map_of(area, maps)?.as_ref()))
 }
 
 /// The raster of an area that is a map.
-fn map_of(
-    area: &Area,
-    open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-) -> Result<Option<Raster<f32>>, ResolveError> {
+fn map_of(area: &Area, maps: &dyn Maps) -> Result<Option<Raster<f32>>, ResolveError> {
     match &area.shape {
-        Shape::Map { file, place } => load(file, place, open).map(Some),
+        Shape::Map(name) => load(name, maps).map(Some),
         _ => Ok(None),
     }
 }
 
-/// Covers the ground with opaque color.
-fn print(ground: &mut Raster<LinearRgb>, color: LinearRgb, coverage: &Coverage) {
-    for y in 0..coverage.amount.height() {
-        let cells = &mut ground.row_mut(coverage.y + y)[coverage.x..];
-        for (cell, &covered) in cells.iter_mut().zip(coverage.amount.row(y)) {
-            let below = cell.0;
-            *cell = LinearRgb([0, 1, 2].map(|c| below[c] + f64::from(covered) * (color.0[c] - below[c])));
-        }
-    }
-}
-
-fn load(
-    file: &str,
-    place: &Place,
-    open: &dyn Fn(&str) -> io::Result<Vec<u8>>,
-) -> Result<Raster<f32>, ResolveError> {
-    let (name, place) = (|| file.to_owned(), || place.clone());
-    let bytes = open(file).map_err(|source| ResolveError::Open { file: name(), place: place(), source })?;
-    map_file::read(&bytes, &PictureLimits::default()).map_err(|source| ResolveError::Map {
-        file: name(),
-        place: place(),
-        source,
+fn load(name: &MapName, maps: &dyn Maps) -> Result<Raster<f32>, ResolveError> {
+    let MapName { file, place } = name;
+    let (file, place) = (|| file.clone(), || place.clone());
+    maps.map(&name.file).map_err(|fault| match fault {
+        MapFault::Open(source) => ResolveError::Open { file: file(), place: place(), source },
+        MapFault::Read(source) => ResolveError::Map { file: file(), place: place(), source },
     })
 }

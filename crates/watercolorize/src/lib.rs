@@ -1,13 +1,40 @@
-//! A picture becomes a painting.
+//! A picture becomes a painting: few transparent washes of real pigments, light to dark, planned on what dried.
 //!
 //! In the order data flows:
-//! - [`mod@superpixels`]: pixels gathered into small patches of one color;
-//! - [`mod@mattes`]: patches gathered into regions, a matte each;
+//! - [`settings`]: what is asked for, and presets of it;
+//! - [`mount`]: the photograph on its sheet; [`attention`]: what of it is drawn exactly;
+//! - [`abstraction`]: fewer, flatter shapes; [`regions`]: shapes whose borders are hard edges; [`lines`]: ink and masking
+//!   fluid;
+//! - [`tone`]: a watercolor's tones; [`palette`]: pigments that mix its colors; [`separate`]: how much of each;
+//! - [`washes`]: what is asked of the first wash, and of the last;
+//! - [`painter`]: wash by wash, each planned on the sheet as the one below dried.
+//!
+//! And for whoever has pigments in order and regions, or wants to cut them out:
+//! - [`superpixels`](mod@superpixels): pixels gathered into small patches of one color;
+//! - [`mattes`](mod@mattes): patches gathered into regions, a matte each;
 //! - [`scissors`]: a matte cut out by hand, along the outlines of the picture;
 //! - [`c97`]: mattes and an ordered list of pigments become a document, as in Curtis et al. 1997, §6.2.
 #![forbid(unsafe_code)]
+
+pub mod settings;
+pub mod mount;
+pub mod attention;
+pub mod abstraction;
+pub mod regions;
+pub mod lines;
+pub mod tone;
+pub mod palette;
+pub mod separate;
+mod washes;
+pub mod painter;
+
+mod accidents;
 
 pub mod superpixels;
 pub mod mattes;
 pub mod scissors;
 pub mod c97;
+
+pub use mount::{Border, Mounting};
+pub use painter::{Painting, PhotoError, Request, Stage, Watch, watercolorize};
+pub use settings::{PRESETS, PhotoParams, Preset};

@@ -1,11 +1,11 @@
 //! A photograph becomes mattes, and mattes, pigments and the photograph become a painting, without help.
 
-use std::io::{self, Cursor};
+use std::io::Cursor;
 
 use girtin_grid::Raster;
 use girtin_optics::{Lab, LinearRgb};
 use girtin_painting::document::SheetSettings;
-use girtin_painting::picture::{PictureLimits, PngMeta, read_color, write_grey_png_16};
+use girtin_painting::picture::{PictureLimits, read_color};
 use girtin_painting::{PaintConfig, Stock};
 use girtin_watercolorize::c97::{C97Config, C97Request, GlazesFile, watercolorize_c97};
 use girtin_watercolorize::mattes::{MattesParams, mattes};
@@ -68,6 +68,9 @@ fn a_photograph_is_painted_from_its_own_mattes() {
         printed: Vec::new(),
         pixels_per_mm: 4.0,
         cells_per_pixel: 1,
+        cells_per_mm: None,
+        trim_mm: 0.0,
+        relief_mm: 0.0,
     };
     let request = C97Request {
         title: "Chelsea",
@@ -78,15 +81,8 @@ fn a_photograph_is_painted_from_its_own_mattes() {
         stock: &stock,
     };
     let planned = watercolorize_c97(&request, &C97Config::default()).unwrap();
-    let open = |name: &str| {
-        let (_, map) = planned.maps.iter().find(|(known, _)| known == name).ok_or(io::ErrorKind::NotFound)?;
-        let mut bytes = Vec::new();
-        write_grey_png_16(&mut bytes, map, &PngMeta::default())
-            .map_err(|error| io::Error::other(error.to_string()))?;
-        Ok(bytes)
-    };
-    let painted = planned.document.paint(&stock, &open, &PaintConfig::default()).unwrap();
-    let (wanted, found) = (from_afar(&photo), from_afar(&painted.picture));
+    let painted = planned.document.paint(&stock, &planned.maps, &PaintConfig::default()).unwrap();
+    let (wanted, found) = (from_afar(&photo), from_afar(&painted.picture()));
     let off = |a: &Lab, b: &Lab| ((a.l - b.l).powi(2) + (a.a - b.a).powi(2) + (a.b - b.b).powi(2)).sqrt();
     let mean = wanted.iter().zip(&found).map(|(a, b)| off(a, b)).sum::<f64>() / wanted.len() as f64;
     let paper = LinearRgb::WHITE.to_lab();

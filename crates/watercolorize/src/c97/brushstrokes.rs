@@ -1,8 +1,9 @@
 //! One glaze is painted step by step and corrected on the way, by brushstrokes of pigment and of clear water.
 
 use girtin_grid::Raster;
+use girtin_painting::StoredMap;
 use girtin_painting::area::{Area, Canvas, Shape};
-use girtin_painting::document::Event;
+use girtin_painting::document::{Event, MapName};
 use girtin_params::{Place, parameters};
 use girtin_wash::{
     Ledger, Patch, PigmentHandling, RunConfig, RunError, StateError, Wash, WashModel, WashState,
@@ -56,14 +57,14 @@ impl PlanningParams {
 }
 
 /// A map that events of a glaze name: its file's name and what the file holds.
-pub type NamedMap = (String, Raster<u16>);
+pub type NamedMap = (String, StoredMap);
 
 /// A glaze to be painted.
 #[derive(Clone, Copy, Debug)]
 pub struct GlazeTask<'a> {
     /// The cells it is painted on.
     pub canvas: Canvas<'a>,
-    /// Where the paper is wetted, 0 to 65535, stretched over the sheet.
+    /// Where the paper is wetted, stretched over the sheet.
     pub matte: &'a NamedMap,
     /// What is lifted at the end: a map, and the fraction.
     pub lifts: &'a [(NamedMap, f64)],
@@ -123,7 +124,7 @@ pub enum PlanError {
 ///
 /// # Guarantees
 /// The same for any number of threads, and painting the events again gives the same pigment in every cell, because maps
-/// hold what a 16-bit grey picture holds before they are used (`painting_the_document_again_is_the_same`).
+/// hold what a grey picture stores before they are used (`painting_the_document_again_is_the_same`).
 ///
 /// # Deviations
 /// W4, W5: the paper does not say what a glaze begins with. Here the matte is wetted, and a first wash laid of the low-passed
@@ -196,15 +197,15 @@ impl<'a> Brush<'a> {
     }
 
     /// The area of a map.
-    fn map(&self, file: String, map: &Raster<u16>) -> MapArea {
-        let area = Area { shape: Shape::Map { file, place: Place::default() }, ..Area::default() };
-        let stored = map.map(|value| f32::from(value) / 65535.0);
-        let covered = area.cover(&self.task.canvas, Some(&stored)).amount;
+    fn map(&self, file: String, map: &StoredMap) -> MapArea {
+        let name = MapName { file, place: Place::default() };
+        let area = Area { shape: Shape::Map(name), ..Area::default() };
+        let covered = area.cover(&self.task.canvas, Some(&map.amounts())).amount;
         MapArea { area, covered }
     }
 
     /// The area of a map of this glaze alone, which is kept.
-    fn own_map(&mut self, what: &str, map: Raster<u16>) -> MapArea {
+    fn own_map(&mut self, what: &str, map: StoredMap) -> MapArea {
         let file = format!("{}-{what}.png", self.task.prefix);
         let area = self.map(file.clone(), &map);
         self.maps.push((file, map));
@@ -282,8 +283,8 @@ impl<'a> Brush<'a> {
         if most > 0.0 {
             // Thousandths, so that the document is readable.
             let amount = (f64::from(most) * 1000.0).ceil() / 1000.0;
-            let map = wanted.map(|wanted| (f64::from(wanted) / amount * 65535.0 + 0.5) as u16);
-            let at = self.own_map("first", map);
+            let part = wanted.map(|wanted| (f64::from(wanted) / amount) as f32);
+            let at = self.own_map("first", StoredMap::words(&part));
             self.lay_pigment(&at, amount);
         }
     }
@@ -291,15 +292,15 @@ impl<'a> Brush<'a> {
     /// Adds pigment where the low-passed difference says that it lacks, and water where there is too much.
     fn correct(&mut self, difference: &Raster<f32>, params: &PlanningParams, look: u32) {
         let limit = params.delta_g as f32;
-        let lacking = difference.map(|more| if more < -limit { u16::MAX } else { 0 });
-        if lacking.as_slice().contains(&u16::MAX) {
-            let at = self.own_map(&format!("lacking-{look}"), lacking);
+        let lacking = difference.map(|more| if more < -limit { u8::MAX } else { 0 });
+        if lacking.as_slice().contains(&u8::MAX) {
+            let at = self.own_map(&format!("lacking-{look}"), StoredMap::Bytes(lacking));
             self.lay_pigment(&at, params.delta_g);
             self.water(&at, params.phi_g);
         }
-        let excess = difference.map(|more| if more > limit { u16::MAX } else { 0 });
-        if params.phi_p > 0.0 && excess.as_slice().contains(&u16::MAX) {
-            let at = self.own_map(&format!("excess-{look}"), excess);
+        let excess = difference.map(|more| if more > limit { u8::MAX } else { 0 });
+        if params.phi_p > 0.0 && excess.as_slice().contains(&u8::MAX) {
+            let at = self.own_map(&format!("excess-{look}"), StoredMap::Bytes(excess));
             self.water(&at, params.phi_p);
         }
     }

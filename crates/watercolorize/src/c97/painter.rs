@@ -7,7 +7,7 @@ use girtin_grid::memory::{NoRoom, probe};
 use girtin_optics::LinearRgb;
 use girtin_painting::area::Canvas;
 use girtin_painting::document::{Glaze, SheetSettings};
-use girtin_painting::{Document, ResolveError, Stock, handling_of, memory};
+use girtin_painting::{Document, MapChest, ResolveError, Stock, StoredMap, handling_of, memory};
 use girtin_paper::{HeightSource, Sheet};
 use girtin_wash::{RunConfig, RunError, StateError};
 
@@ -57,8 +57,8 @@ impl std::fmt::Debug for C97Config<'_> {
 pub struct C97Painting {
     /// The document, of ordinary events on maps.
     pub document: Document,
-    /// Its maps by the names of their files, which are to be 16-bit grey pictures.
-    pub maps: Vec<NamedMap>,
+    /// Its maps by the names of their files.
+    pub maps: MapChest,
     /// What was wanted and what was painted, of every pigment of every matte in the order of the file.
     pub glazes: Vec<C97Glaze>,
 }
@@ -194,7 +194,7 @@ impl C97Error {
 /// Curtis et al. 1997, §6.2.
 ///
 /// # Shapes and units
-/// The picture and the mattes are stretched over the sheet. W6: colors are separated over the sheet's bare ground, since a matte
+/// The picture and the mattes are stretched over the whole sheet, what is trimmed included. W6: colors are separated over the sheet's bare ground, since a matte
 /// does not know of other mattes' paint below it.
 ///
 /// # Guarantees
@@ -226,7 +226,7 @@ fn watercolorize_here(request: &C97Request<'_>, config: &C97Config<'_>) -> Resul
         .lifts
         .iter()
         .map(|lift| {
-            let map = quantised(&request.matte(&lift.name, f32::MIN_POSITIVE)?.coverage);
+            let map = StoredMap::words(&request.matte(&lift.name, f32::MIN_POSITIVE)?.coverage);
             Ok(((format!("lift-{}.png", lift.name), map), lift.fraction))
         })
         .collect::<Result<_, C97Error>>()?;
@@ -238,47 +238,21 @@ fn watercolorize_here(request: &C97Request<'_>, config: &C97Config<'_>) -> Resul
     let paper = stock.papers.get(&sheet.paper).map_err(unknown)?;
     let cells_per_mm = document.cells_per_mm();
     let paper_height = Sheet::new(paper, sheet.seed).height_field(width, height, cells_per_mm, [0.0, 0.0]);
-    let canvas = Canvas { height: &paper_height, cells_per_mm, seed: sheet.seed };
+    let canvas = Canvas::whole(&paper_height, cells_per_mm, sheet.seed);
     let mut work = Work {
         request,
         config,
         canvas,
         done: 0,
         total: glazes.mattes.iter().map(|matte| matte.planning.steps() * matte.pigments.len() as u64).sum(),
-        painting: C97Painting {
-            document,
-            maps: lifts.iter().map(|(map, _)| map.clone()).collect(),
-            glazes: Vec::new(),
-        },
+        painting: C97Painting { document, maps: MapChest::default(), glazes: Vec::new() },
     };
     for (at, (glazes, matte)) in glazes.mattes.iter().zip(mattes).enumerate() {
         let met: Vec<(NamedMap, f64)> =
-            lifts.iter().filter(|((_, map), _)| meets(map, &matte.coverage)).cloned().collect();
+            lifts.iter().filter(|((_, map), _)| meets(&map.amounts(), &matte.coverage)).cloned().collect();
         work.paint_matte(at, glazes, matte, &met)?;
     }
-    let used = |name: &str, glazes: &[Glaze]| {
-        let maps = glazes.iter().flat_map(|glaze| &glaze.events).filter_map(map_of);
-        maps.into_iter().any(|file| file == name)
-    };
-    let C97Painting { document, maps, .. } = &mut work.painting;
-    maps.retain(|(name, _)| used(name, &document.glazes));
     Ok(work.painting)
-}
-
-/// The map that an event names.
-fn map_of(event: &girtin_painting::document::Event) -> Option<&str> {
-    use girtin_painting::area::Shape;
-    use girtin_painting::document::Event;
-    match event {
-        Event::Wet { area }
-        | Event::Water { area, .. }
-        | Event::Pigment { area, .. }
-        | Event::Lift { area, .. } => match &area.shape {
-            Shape::Map { file, .. } => Some(file),
-            _ => None,
-        },
-        _ => None,
-    }
 }
 
 impl C97Request<'_> {
@@ -305,6 +279,7 @@ impl C97Request<'_> {
             name: String::new(),
             pigments: matte.pigments.first().cloned().into_iter().collect(),
             model: matte.model,
+            outline: None,
             events: Vec::new(),
         };
         Document {
@@ -315,14 +290,13 @@ impl C97Request<'_> {
     }
 }
 
-/// What a 16-bit grey picture holds of a matte.
-fn quantised(matte: &Raster<f32>) -> Raster<u16> {
-    matte.map(|covered| (f64::from(covered.clamp(0.0, 1.0)) * 65535.0 + 0.5) as u16)
-}
-
 /// Whether a highlight lies somewhere within a matte.
-fn meets(highlight: &Raster<u16>, matte: &Raster<f32>) -> bool {
-    highlight.as_slice().iter().zip(matte.as_slice()).any(|(&highlight, &matte)| highlight > 0 && matte > 0.0)
+fn meets(highlight: &Raster<f32>, matte: &Raster<f32>) -> bool {
+    highlight
+        .as_slice()
+        .iter()
+        .zip(matte.as_slice())
+        .any(|(&highlight, &matte)| highlight > 0.0 && matte >= WETTED)
 }
 
 /// A painting in the making.
@@ -366,7 +340,7 @@ impl Work<'_> {
             self.config.cancel,
         )
         .ok_or(C97Error::Cancelled)?;
-        let map = (format!("{:02}-{}-wet.png", at + 1, matte.name), quantised(&matte.coverage));
+        let map = (format!("{:02}-{}-wet.png", at + 1, matte.name), StoredMap::words(&matte.coverage));
         for (layer, (pigment, target)) in pigments.iter().zip(targets).enumerate() {
             let prefix = format!("{:02}-{}-{}-{}", at + 1, matte.name, layer + 1, pigment.id);
             let height = self.canvas.height;
@@ -395,7 +369,6 @@ impl Work<'_> {
                 },
             )?;
         }
-        self.painting.maps.push(map);
         Ok(())
     }
 
@@ -424,11 +397,13 @@ impl Work<'_> {
                     C97Error::Run { matte: glaze.matte.clone(), pigment: glaze.pigment.clone(), source }
                 }
             })?;
-            self.painting.maps.extend(painted.maps);
+            let shared = task.lifts.iter().map(|(map, _)| map).chain([task.matte]).cloned();
+            self.painting.maps.0.extend(painted.maps.into_iter().chain(shared));
             self.painting.document.glazes.push(Glaze {
                 name: format!("{}, {}", glaze.matte, glaze.pigment),
                 pigments: vec![glaze.pigment.clone()],
                 model: task.model,
+                outline: None,
                 events: painted.events,
             });
             (glaze.looks, glaze.left) = (painted.looks, painted.left);

@@ -1,11 +1,11 @@
-use std::io;
 use std::sync::atomic::Ordering;
 
 use girtin_grid::noise::{Fractal, Noise};
 use girtin_grid::random::stage;
 use girtin_optics::Srgb;
 use girtin_painting::PaintConfig;
-use girtin_painting::picture::{PngMeta, write_grey_png_16};
+use girtin_painting::area::Shape;
+use girtin_painting::document::Event;
 
 use super::*;
 
@@ -73,6 +73,9 @@ fn sheet() -> SheetSettings {
         printed: Vec::new(),
         pixels_per_mm: 4.0,
         cells_per_pixel: 1,
+        cells_per_mm: None,
+        trim_mm: 0.0,
+        relief_mm: 0.0,
     }
 }
 
@@ -93,13 +96,17 @@ fn painted(text: &str) -> C97Painting {
     painted_from(text, &picture(), &mattes(), &C97Config::default()).unwrap()
 }
 
-fn open(maps: &[NamedMap]) -> impl Fn(&str) -> io::Result<Vec<u8>> + '_ {
-    |name| {
-        let (_, map) = maps.iter().find(|(known, _)| known == name).ok_or(io::ErrorKind::NotFound)?;
-        let mut bytes = Vec::new();
-        write_grey_png_16(&mut bytes, map, &PngMeta::default())
-            .map_err(|error| io::Error::other(error.to_string()))?;
-        Ok(bytes)
+/// The map that an event names.
+fn map_of(event: &Event) -> Option<&str> {
+    match event {
+        Event::Wet { area }
+        | Event::Water { area, .. }
+        | Event::Pigment { area, .. }
+        | Event::Lift { area, .. } => match &area.shape {
+            Shape::Map(name) => Some(&name.file),
+            _ => None,
+        },
+        _ => None,
     }
 }
 
@@ -107,10 +114,8 @@ fn open(maps: &[NamedMap]) -> impl Fn(&str) -> io::Result<Vec<u8>> + '_ {
 fn painting_the_document_again_is_the_same() {
     for text in [FILE.to_owned(), FILE.replace("[[lift]]", "[matte.wash]\nmodel = \"living\"\n[[lift]]")] {
         let painting = painted(&text);
-        let again = painting
-            .document
-            .paint(&Stock::builtin(), &open(&painting.maps), &PaintConfig::default())
-            .unwrap();
+        let again =
+            painting.document.paint(&Stock::builtin(), &painting.maps, &PaintConfig::default()).unwrap();
         assert_eq!(again.glazes.len(), 3);
         for glaze in &painting.glazes {
             let state = &again.glazes[glaze.glaze.unwrap()].state;
@@ -132,11 +137,10 @@ fn painting_the_document_again_is_the_same() {
 #[test]
 fn every_map_is_used_and_every_pigment_is_accounted_for() {
     let painting = painted(FILE);
-    let again =
-        painting.document.paint(&Stock::builtin(), &open(&painting.maps), &PaintConfig::default()).unwrap();
+    let again = painting.document.paint(&Stock::builtin(), &painting.maps, &PaintConfig::default()).unwrap();
     let used: Vec<&str> =
         painting.document.glazes.iter().flat_map(|glaze| &glaze.events).filter_map(map_of).collect();
-    for (name, _) in &painting.maps {
+    for name in painting.maps.0.keys() {
         assert!(used.contains(&name.as_str()), "{name}");
     }
     for pigment in again.glazes.iter().flat_map(|glaze| &glaze.pigments) {
@@ -214,7 +218,7 @@ fn a_picture_of_another_size_than_the_sheet_is_stretched() {
 fn a_pigment_that_is_not_wanted_has_no_glaze() {
     let white = Raster::new(WIDTH, HEIGHT, LinearRgb::WHITE);
     let painting = painted_from(FILE, &white, &mattes(), &C97Config::default()).unwrap();
-    assert!(painting.document.glazes.is_empty() && painting.maps.is_empty());
+    assert!(painting.document.glazes.is_empty() && painting.maps.0.is_empty());
     assert!(painting.glazes.iter().all(|glaze| glaze.glaze.is_none()));
 }
 

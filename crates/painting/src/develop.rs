@@ -1,0 +1,232 @@
+//! The picture is developed from what dried: edges and grain as fine as it shows them, however coarse the cells.
+
+use girtin_grid::Raster;
+use girtin_optics::kubelka_munk::glaze_row;
+use girtin_optics::{Coefficients, LinearRgb};
+use girtin_paper::{HeightSource, RakingLight, raking_light};
+use rayon::prelude::*;
+
+use crate::area::Canvas;
+use crate::composite::print;
+use crate::dried::Dried;
+use crate::resolve::{PlannedGlaze, PlannedOutline, PlannedSheet};
+
+/// Rows of pixels that are developed at a time.
+const BAND: usize = 32;
+
+/// Least and most that grain makes of an amount.
+const GRAIN: [f32; 2] = [0.15, 2.5];
+
+/// A sheet and the glazes on it, to be seen.
+#[derive(Clone, Debug)]
+pub struct Development<'a> {
+    sheet: &'a PlannedSheet,
+    glazes: Vec<(&'a Dried, &'a PlannedGlaze)>,
+}
+
+/// Cells that a sample takes pigment from, and how much of each; four at most count.
+type Shares = [(usize, usize, f32); 4];
+
+impl<'a> Development<'a> {
+    /// Of these glazes, from the paper up.
+    pub fn new(
+        sheet: &'a PlannedSheet,
+        glazes: impl IntoIterator<Item = (&'a Dried, &'a PlannedGlaze)>,
+    ) -> Self {
+        Self { sheet, glazes: glazes.into_iter().collect() }
+    }
+
+    /// The picture, in linear light.
+    pub fn picture(&self) -> Raster<LinearRgb> {
+        self.encoded(|color| color)
+    }
+
+    /// The picture with every color given another form; it never exists as a whole in linear light.
+    pub fn encoded<T: Copy + Send>(&self, encode: impl Fn(LinearRgb) -> T + Sync) -> Raster<T> {
+        let [width, height] = self.sheet.picture;
+        let bands: Vec<Vec<T>> = (0..height.div_ceil(BAND))
+            .into_par_iter()
+            .map(|band| {
+                let first = band * BAND;
+                let rows = first..(first + BAND).min(height);
+                self.band(rows).into_iter().map(&encode).collect()
+            })
+            .collect();
+        let pixels: Vec<T> = bands.concat();
+        Raster::from_vec(width, height, pixels).unwrap_or_else(|| unreachable!("a value for each pixel"))
+    }
+
+    /// Pixels of some rows.
+    fn band(&self, rows: std::ops::Range<usize>) -> Vec<LinearRgb> {
+        let sheet = self.sheet;
+        let (factor, count) = (sheet.samples, rows.len() * sheet.samples);
+        let width = sheet.picture[0] * factor;
+        let per_mm = sheet.pixels_per_mm * factor as f64;
+        let first = rows.start * factor;
+        let is_fine = !sheet.samples_are_cells || sheet.relief_mm > 0.0;
+        let above = usize::from(is_fine && first > 0);
+        // With a row above and below, for slopes.
+        let height = if is_fine {
+            let origin = [sheet.trim_mm, sheet.trim_mm + (first - above) as f64 / per_mm];
+            sheet.paper.height_field(width, count + above + 1, per_mm, origin)
+        } else {
+            Raster::from_fn(width, count, |x, y| sheet.height.at(x, first + y))
+        };
+        let mut samples = Raster::new(width, count + 2 * above, sheet.ground);
+        if !sheet.printed.is_empty() {
+            let cell = [sheet.trim_mm * per_mm, sheet.trim_mm * per_mm + (first - above) as f64];
+            let whole = if sheet.samples_are_cells {
+                [width, sheet.picture[1] * factor].map(|samples| samples as f64)
+            } else {
+                [sheet.height.width(), sheet.height.height()].map(|n| n as f64 / sheet.cells_per_mm * per_mm)
+            };
+            let canvas = Canvas {
+                height: &height,
+                cells_per_mm: per_mm,
+                seed: sheet.seed,
+                origin: cell,
+                sheet: whole,
+            };
+            for (color, area, map) in &sheet.printed {
+                print(&mut samples, *color, &area.cover(&canvas, map.as_ref()));
+            }
+        }
+        for y in 0..count {
+            let mut row = Row { y: first + y, width, per_mm, height: height.row(y + above) };
+            for (dried, glaze) in &self.glazes {
+                row.lay(sheet, dried, glaze, samples.row_mut(y + above));
+            }
+        }
+        if sheet.relief_mm > 0.0 {
+            let light = RakingLight { depth_mm: sheet.relief_mm, ..RakingLight::default() };
+            let lit = raking_light(&height, per_mm, &light);
+            for y in above..above + count {
+                let white = light.white as f32;
+                for (sample, &lit) in samples.row_mut(y).iter_mut().zip(lit.row(y)) {
+                    sample.0.iter_mut().for_each(|channel| *channel *= f64::from(lit / white));
+                }
+            }
+        }
+        reduced(&samples, above, rows.len(), factor)
+    }
+}
+
+/// A row of samples.
+struct Row<'a> {
+    y: usize,
+    width: usize,
+    per_mm: f64,
+    height: &'a [f32],
+}
+
+impl Row<'_> {
+    /// Lays a glaze over the row.
+    fn lay(&mut self, sheet: &PlannedSheet, dried: &Dried, glaze: &PlannedGlaze, ground: &mut [LinearRgb]) {
+        if sheet.samples_are_cells && glaze.outline.is_none() {
+            let amounts: Vec<&[f32]> = dried.amounts.iter().map(|amounts| amounts.row(self.y)).collect();
+            lay_row(&glaze.paints, &amounts, ground);
+            return;
+        }
+        let mut amounts = vec![vec![0.0f32; self.width]; dried.amounts.len()];
+        let cell = |at: usize| (sheet.trim_mm + (at as f64 + 0.5) / self.per_mm) * sheet.cells_per_mm;
+        let to_samples = (self.per_mm / sheet.cells_per_mm) as f32;
+        let y = cell(self.y) as f32;
+        for x in 0..self.width {
+            let at = cell(x) as f32;
+            let (shares, level) = shares_of(at, y, &sheet.height, glaze.outline.as_ref(), to_samples);
+            let finer = if sheet.samples_are_cells { 0.0 } else { self.height[x] - level };
+            for ((row, dried), grain) in amounts.iter_mut().zip(&dried.amounts).zip(&dried.grain) {
+                let mean: f32 = shares.iter().map(|&(x, y, share)| share * dried.at(x, y)).sum();
+                row[x] = mean * (1.0 + grain * finer).clamp(GRAIN[0], GRAIN[1]);
+            }
+        }
+        let amounts: Vec<&[f32]> = amounts.iter().map(Vec::as_slice).collect();
+        lay_row(&glaze.paints, &amounts, ground);
+    }
+}
+
+/// Lays amounts over a row unless they are all nothing.
+fn lay_row(paints: &[Coefficients], amounts: &[&[f32]], ground: &mut [LinearRgb]) {
+    if amounts.iter().any(|row| row.iter().any(|&amount| amount > 0.0)) {
+        glaze_row(paints, amounts, ground);
+    }
+}
+
+/// Which cells a sample at a place, in cells, takes how much from, and the height between their middles.
+///
+/// Where shapes meet it takes from each as much as that covers of the sample, and of its cells only.
+fn shares_of(
+    x: f32,
+    y: f32,
+    height: &Raster<f32>,
+    outline: Option<&PlannedOutline>,
+    samples_per_cell: f32,
+) -> (Shares, f32) {
+    let (width, rows) = (height.width(), height.height());
+    let (x, y) = ((x - 0.5).clamp(0.0, (width - 1) as f32), (y - 0.5).clamp(0.0, (rows - 1) as f32));
+    let (x0, y0) = (x as usize, y as usize);
+    let (x1, y1) = ((x0 + 1).min(width - 1), (y0 + 1).min(rows - 1));
+    let (fx, fy) = (x - x0 as f32, y - y0 as f32);
+    let mut shares = [
+        (x0, y0, (1.0 - fx) * (1.0 - fy)),
+        (x1, y0, fx * (1.0 - fy)),
+        (x0, y1, (1.0 - fx) * fy),
+        (x1, y1, fx * fy),
+    ];
+    let level = shares.iter().map(|&(x, y, share)| share * height.at(x, y)).sum();
+    let Some(outline) = outline else { return (shares, level) };
+    let regions = shares.map(|(x, y, _)| outline.regions.at(x, y));
+    if regions.iter().any(|region| *region != regions[0]) {
+        confine(&mut shares, regions, outline, samples_per_cell);
+    } else if regions[0] == 0 {
+        shares.iter_mut().for_each(|share| share.2 = 0.0);
+    }
+    if let Some(masked) = &outline.masked {
+        let [x, y] = [(x + 0.5, width, masked.width()), (y + 0.5, rows, masked.height())]
+            .map(|(at, cells, of)| at * of as f32 / cells as f32);
+        let bare = 1.0 - masked.sample(x, y);
+        shares.iter_mut().for_each(|share| share.2 *= bare);
+    }
+    (shares, level)
+}
+
+/// Gives every shape's cells together what the shape covers of the sample.
+fn confine(shares: &mut Shares, regions: [u8; 4], outline: &PlannedOutline, samples_per_cell: f32) {
+    let between = *shares;
+    let inside = between.map(|(x, y, _)| outline.edges.at(x, y));
+    // How far a sample lies in the shape of each cell, from what its four cells say.
+    let covered = regions.map(|region| {
+        let signed = (0..4).map(|k| between[k].2 * if regions[k] == region { inside[k] } else { -inside[k] });
+        (0.5 + signed.sum::<f32>() * samples_per_cell.max(1.0)).clamp(0.0, 1.0)
+    });
+    let is_first = |k: usize| !regions[..k].contains(&regions[k]);
+    let all: f32 = (0..4).filter(|&k| is_first(k)).map(|k| covered[k]).sum();
+    for k in 0..4 {
+        let own: f32 = (0..4).filter(|&j| regions[j] == regions[k]).map(|j| between[j].2).sum();
+        let part = if own > 0.0 { between[k].2 / own } else { 0.0 };
+        shares[k].2 = if regions[k] == 0 || all <= 0.0 { 0.0 } else { part * covered[k] / all };
+    }
+}
+
+/// The mean color of every block of `factor` × `factor` samples, in linear light.
+fn reduced(samples: &Raster<LinearRgb>, skipped: usize, rows: usize, factor: usize) -> Vec<LinearRgb> {
+    let width = samples.width() / factor;
+    let weight = 1.0 / (factor * factor) as f64;
+    let mut pixels = Vec::with_capacity(width * rows);
+    for y in 0..rows {
+        if factor == 1 {
+            pixels.extend_from_slice(samples.row(y + skipped));
+            continue;
+        }
+        for x in 0..width {
+            let mut sum = [0.0; 3];
+            for row in skipped + y * factor..skipped + (y + 1) * factor {
+                for color in &samples.row(row)[x * factor..(x + 1) * factor] {
+                    sum.iter_mut().zip(color.0).for_each(|(sum, channel)| *sum += channel);
+                }
+            }
+            pixels.push(LinearRgb(sum.map(|sum| sum * weight)));
+        }
+    }
+    pixels
+}

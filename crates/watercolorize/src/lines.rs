@@ -1,0 +1,134 @@
+//! Thin lines of the photograph: dark ones for ink, light ones for masking fluid.
+
+use girtin_grid::Raster;
+use girtin_grid::blur::gaussian_plane;
+use girtin_grid::resize::resized;
+use rayon::prelude::*;
+
+use crate::abstraction::Flow;
+use crate::accidents::smoothstep;
+use crate::mount::Mount;
+use crate::regions::cleaned;
+
+/// Lines a width apart from what is around them.
+#[derive(Clone, Copy, Debug)]
+struct Drawing {
+    /// Width, a part of the long edge.
+    width: f64,
+    /// How far a line is followed to each side, a part of the long edge.
+    reach: f64,
+    /// 1 for light lines, −1 for dark ones.
+    sign: f32,
+}
+
+/// Difference of Gaussians, averaged along the contour: long, calm lines.
+///
+/// # Source
+/// After Kang, Lee, Chui, *Coherent Line Drawing*, 2007, contours taken for straight.
+fn drawn(lightness: &Raster<f32>, flow: &Flow, mount: &Mount, drawing: &Drawing) -> Raster<f32> {
+    let (width, height) = (lightness.width(), lightness.height());
+    let sigma = mount.cells(drawing.width);
+    let (fine, wide) = (gaussian_plane(lightness, sigma), gaussian_plane(lightness, 1.6 * sigma));
+    let edges = Raster::from_fn(width, height, |x, y| drawing.sign * (fine.at(x, y) - wide.at(x, y)));
+    let reach = mount.cells(drawing.reach).max(1.0) as isize;
+    let weight = |t: isize| libm::expf(-4.0 * (t as f32 / reach as f32) * (t as f32 / reach as f32));
+    let all: f32 = (-reach..=reach).map(weight).sum();
+    let cells: Vec<f32> = (0..height)
+        .into_par_iter()
+        .flat_map_iter(|y| {
+            let edges = &edges;
+            (0..width).map(move |x| {
+                let [along, _] = flow.at(x, y);
+                let (cos, sin) = (libm::cosf(along), libm::sinf(along));
+                let at = |t: isize| {
+                    edges.sample(x as f32 + 0.5 + t as f32 * cos, y as f32 + 0.5 + t as f32 * sin) * weight(t)
+                };
+                (-reach..=reach).map(at).sum::<f32>() / all
+            })
+        })
+        .collect();
+    Raster::from_vec(width, height, cells).unwrap_or_else(|| unreachable!("a value for each cell"))
+}
+
+/// How fully each cell is covered by ink; denser where the eye rests. `lab` may be finer than the mount's cells.
+pub fn ink(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>, strength: f32) -> Raster<f32> {
+    let flow = Flow::of(lab, mount.cells(0.005));
+    let drawing = Drawing { width: 0.0017, reach: 0.011, sign: -1.0 };
+    let lines = drawn(&lab.map(|lab| lab[0]), &flow, mount, &drawing);
+    let loose = |x: usize, y: usize| 1.0 - attention.at(x, y).min(1.0);
+    let lines = Raster::from_fn(lab.width(), lab.height(), |x, y| {
+        let loose = loose(x, y);
+        smoothstep(strength * lines.at(x, y), 0.4 + 0.5 * loose, 1.2 + 0.8 * loose)
+    });
+    let cell = mount.long_edge as f32 * mount.long_edge as f32;
+    let least = attention.map(|exact| 1.6e-4 * cell * (1.6 - exact.min(1.0)));
+    kept(&lines, &least)
+}
+
+/// How fully each cell is covered by masking fluid: thin light lines on something darker, such as whiskers.
+pub fn light_lines(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>) -> Raster<f32> {
+    let flow = Flow::of(lab, mount.cells(0.004));
+    let lightness = lab.map(|lab| lab[0]);
+    let drawing = Drawing { width: 0.0012, reach: 0.012, sign: 1.0 };
+    let lines = drawn(&lightness, &flow, mount, &drawing);
+    let around = gaussian_plane(&lightness, mount.cells(0.01));
+    let lines = Raster::from_fn(lab.width(), lab.height(), |x, y| {
+        let [_, clear] = flow.at(x, y);
+        let lighter = smoothstep(lightness.at(x, y) - around.at(x, y), 4.0, 12.0);
+        let line = smoothstep(lines.at(x, y), 1.0, 2.6);
+        line * lighter * smoothstep(clear, 0.25, 0.6) * smoothstep(attention.at(x, y), 0.0, 0.35)
+    });
+    let cell = mount.long_edge as f32 * mount.long_edge as f32;
+    kept(&lines, &Raster::new(lab.width(), lab.height(), 5e-5 * cell))
+}
+
+/// Lines without those of too few cells.
+fn kept(lines: &Raster<f32>, least: &Raster<f32>) -> Raster<f32> {
+    let there = lines.map(|line| u8::from(line > 0.3));
+    let there = cleaned(&there, least, 0.0);
+    let there = gaussian_plane(&there.map(f32::from), 0.7);
+    Raster::from_fn(lines.width(), lines.height(), |x, y| {
+        (lines.at(x, y) * (1.6 * there.at(x, y)).min(1.0)).clamp(0.0, 1.0)
+    })
+}
+
+/// A displacement of each cell, cells, by which a hand strays.
+pub fn warped<const N: usize>(raster: &Raster<[f32; N]>, by: &Raster<[f32; 2]>) -> Raster<[f32; N]> {
+    let (width, height) = (raster.width(), raster.height());
+    let by = resized(by, width, height);
+    let cells: Vec<[f32; N]> = (0..height)
+        .into_par_iter()
+        .flat_map_iter(|y| {
+            let by = &by;
+            (0..width).map(move |x| {
+                let [dx, dy] = by.at(x, y);
+                let (px, py) = (
+                    (x as f32 + dx).clamp(0.0, (width - 1) as f32),
+                    (y as f32 + dy).clamp(0.0, (height - 1) as f32),
+                );
+                let (x0, y0) = (px as usize, py as usize);
+                let (x1, y1) = ((x0 + 1).min(width - 1), (y0 + 1).min(height - 1));
+                let (fx, fy) = (px - x0 as f32, py - y0 as f32);
+                let corners = [
+                    (raster.at(x0, y0), (1.0 - fx) * (1.0 - fy)),
+                    (raster.at(x1, y0), fx * (1.0 - fy)),
+                    (raster.at(x0, y1), (1.0 - fx) * fy),
+                    (raster.at(x1, y1), fx * fy),
+                ];
+                core::array::from_fn(|k| corners.iter().map(|(value, weight)| value[k] * weight).sum())
+            })
+        })
+        .collect();
+    Raster::from_vec(width, height, cells).unwrap_or_else(|| unreachable!("a value for each cell"))
+}
+
+/// The same for labels: the nearest cell's.
+pub fn warped_labels<L: Copy>(labels: &Raster<L>, by: &Raster<[f32; 2]>) -> Raster<L> {
+    let (width, height) = (labels.width(), labels.height());
+    Raster::from_fn(width, height, |x, y| {
+        let [dx, dy] = by.at(x, y);
+        let near =
+            |at: usize, by: f32, of: usize| libm::roundf(at as f32 + by).clamp(0.0, (of - 1) as f32) as usize;
+        labels.at(near(x, dx, width), near(y, dy, height))
+    })
+}

@@ -1,0 +1,147 @@
+//! The photograph on its sheet: where it lies, in millimetres and in cells, and how the painting ends around it.
+
+use girtin_grid::Raster;
+use girtin_grid::resize::resized;
+
+use crate::accidents::plane;
+
+/// How the painting ends on the sheet.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Border {
+    /// As the brush ended.
+    #[default]
+    Ragged,
+    /// Along masking tape.
+    Taped,
+}
+
+/// The sheet that is asked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mounting {
+    /// Long edge of the picture on paper, mm.
+    pub long_edge_mm: f64,
+    /// Bare sheet on each side, a part of the long edge.
+    pub margin: f64,
+    /// How the painting ends.
+    pub border: Border,
+}
+
+impl Default for Mounting {
+    fn default() -> Self {
+        Self { long_edge_mm: 160.0, margin: 0.05, border: Border::default() }
+    }
+}
+
+/// What is painted beyond a picture that has no margin, a part of the long edge; it is cut off.
+const BLEED: f64 = 0.025;
+
+/// A photograph on a sheet of cells.
+#[derive(Clone, Debug)]
+pub struct Mount {
+    /// Cells along the photograph's long edge, S.
+    pub long_edge: f64,
+    /// Cells a millimetre.
+    pub cells_per_mm: f64,
+    /// Columns and rows of the sheet.
+    pub size: [usize; 2],
+    /// First column and row of the photograph.
+    pub origin: usize,
+    /// Columns and rows of the photograph.
+    pub photo: [usize; 2],
+    /// Width and height of the sheet, mm.
+    pub size_mm: [f64; 2],
+    /// How much is cut off on each side, mm.
+    pub trim_mm: f64,
+}
+
+impl Mount {
+    /// Lays a picture of `pixels` columns and rows on a sheet, `cells` along its long edge.
+    pub fn new(pixels: [usize; 2], cells: f64, mounting: &Mounting) -> Self {
+        let longest = pixels[0].max(pixels[1]) as f64;
+        let photo_mm = pixels.map(|side| side as f64 / longest * mounting.long_edge_mm);
+        let cells_per_mm = cells / mounting.long_edge_mm;
+        let around = if mounting.margin > 0.0 { mounting.margin } else { BLEED };
+        let origin = libm::round(around * cells).max(1.0) as usize;
+        let around_mm = origin as f64 / cells_per_mm;
+        let size_mm = photo_mm.map(|mm| mm + 2.0 * around_mm);
+        let photo = photo_mm.map(|mm| libm::round(mm * cells_per_mm).max(1.0) as usize);
+        Self {
+            long_edge: cells,
+            cells_per_mm,
+            size: size_mm.map(|mm| libm::round(mm * cells_per_mm).max(1.0) as usize),
+            origin,
+            photo,
+            size_mm,
+            trim_mm: if mounting.margin > 0.0 { 0.0 } else { around_mm },
+        }
+    }
+
+    /// A part of the long edge, cells.
+    pub fn cells(&self, part: f64) -> f64 {
+        part * self.long_edge
+    }
+
+    /// The photograph on the sheet, mirrored outward beyond its border.
+    pub fn place<const N: usize>(&self, photo: &Raster<[f32; N]>) -> Raster<[f32; N]> {
+        let photo = resized(photo, self.photo[0], self.photo[1]);
+        let at = |cell: usize, of: usize| {
+            let cell = cell as isize - self.origin as isize;
+            let period = 2 * of as isize;
+            let cell = cell.rem_euclid(period);
+            (if cell < of as isize { cell } else { period - 1 - cell }) as usize
+        };
+        Raster::from_fn(self.size[0], self.size[1], |x, y| {
+            photo.at(at(x, self.photo[0]), at(y, self.photo[1]))
+        })
+    }
+
+    /// Distance of each cell from the photograph's border, cells, negative inside.
+    pub fn distance(&self) -> Raster<f32> {
+        let beyond = |cell: usize, of: usize| {
+            let (first, last) = (self.origin as f32, (self.origin + of) as f32 - 1.0);
+            (first - cell as f32).max(cell as f32 - last)
+        };
+        Raster::from_fn(self.size[0], self.size[1], |x, y| {
+            beyond(x, self.photo[0]).max(beyond(y, self.photo[1]))
+        })
+    }
+
+    /// How far beyond each cell the painting goes, cells: it is painted where this is above 0.
+    pub fn painted(&self, mounting: &Mounting, vignette: f32, paper: &Raster<f32>, seed: u64) -> Raster<f32> {
+        if mounting.margin <= 0.0 {
+            return Raster::new(self.size[0], self.size[1], 1e3);
+        }
+        let (distance, s) = (self.distance(), self.long_edge as f32);
+        let noise = |name: &str, sigma: f64| plane(seed, name, self.size, self.cells(sigma));
+        if mounting.border == Border::Taped {
+            let bleeding = noise("taped border", 0.004);
+            return Raster::from_fn(self.size[0], self.size[1], |x, y| {
+                -distance.at(x, y) + 0.0006 * s * bleeding.at(x, y)
+            });
+        }
+        let (long, short) = (noise("border, long", 0.035), noise("border, short", 0.009));
+        let (wide, fine) = (noise("vignette, wide", 0.07), noise("vignette, fine", 0.02));
+        Raster::from_fn(self.size[0], self.size[1], |x, y| {
+            let ragged = 0.005 * long.at(x, y) + 0.0013 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
+            let dissolved = vignette * (0.022 + 0.012 * wide.at(x, y) + 0.004 * fine.at(x, y));
+            let share = if vignette > 0.0 { 0.4 } else { 1.0 };
+            -distance.at(x, y) + s * (0.006 * (1.0 - vignette.min(1.0)) + share * ragged - dissolved)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_a_margin_the_picture_is_the_photograph_s_size() {
+        let mounting = Mounting { margin: 0.0, ..Mounting::default() };
+        for pixels in [[640, 427], [427, 640], [1, 1], [1, 5000], [6000, 4000], [3264, 2448], [64, 64]] {
+            let mount = Mount::new(pixels, 720.0, &mounting);
+            let per_mm = pixels[0].max(pixels[1]) as f64 / mounting.long_edge_mm;
+            let seen = mount.size_mm.map(|mm| ((mm - 2.0 * mount.trim_mm) * per_mm).round() as usize);
+            assert_eq!(seen, pixels);
+        }
+    }
+}
