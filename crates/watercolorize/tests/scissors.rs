@@ -1,6 +1,8 @@
 //! Scissors on photographs: the wire between points of an outline that a person sees stays on it.
 //!
-//! The outlines were drawn by eye over the enlarged pictures, to about a pixel.
+//! The outlines were drawn by eye over the enlarged pictures, to about a pixel. Hair and iris were drawn with the wire to be
+//! seen, so these two hold what was looked at and found right rather than a drawing made apart; the collar's was drawn
+//! without it.
 
 use std::io::Cursor;
 
