@@ -279,6 +279,7 @@ impl C97Request<'_> {
             name: String::new(),
             pigments: matte.pigments.first().cloned().into_iter().collect(),
             model: matte.model,
+            granulation: 1.0,
             outline: None,
             events: Vec::new(),
         };
@@ -403,6 +404,7 @@ impl Work<'_> {
                 name: format!("{}, {}", glaze.matte, glaze.pigment),
                 pigments: vec![glaze.pigment.clone()],
                 model: task.model,
+                granulation: 1.0,
                 outline: None,
                 events: painted.events,
             });
