@@ -8,7 +8,8 @@
 //! - [`memory`]: how much memory it will take;
 //! - [`paint`]: every glaze is simulated;
 //! - [`composite`]: pigment becomes color;
-//! - files: [`state_file`], a wash's state as NumPy reads it; [`map_file`]; [`picture`], pictures in and out.
+//! - files: [`state_file`], a wash's state as NumPy reads it; [`map_file`]; [`picture`], pictures in and out; [`ora`],
+//!   glazes as layers; [`film`], a painting as it grows.
 #![forbid(unsafe_code)]
 
 pub mod document;
@@ -21,9 +22,12 @@ pub mod paint;
 mod easel;
 pub mod composite;
 
+mod archive;
 pub mod state_file;
 pub mod map_file;
 pub mod picture;
+pub mod ora;
+pub mod film;
 
 pub use document::{Document, Stock};
 pub use paint::{PaintConfig, PaintError, Painted, WaterDetail};
