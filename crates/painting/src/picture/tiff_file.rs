@@ -76,7 +76,6 @@ pub(super) fn write(
         tags.write_tag(Tag::ImageDescription, Text::of(&lines))?;
     }
     tags.finish()?;
-    drop(encoder);
     writer.write_all(file.get_ref()).and_then(|()| writer.flush()).map_err(WriteError::Write)
 }
 

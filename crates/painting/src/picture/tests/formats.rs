@@ -116,7 +116,7 @@ fn resolution_and_texts_are_told() {
         assert_eq!(lines, ["girtin:seed: 7\nTitle: Kirkstall — œuvre".as_bytes()]);
         let plain = written(&ramp(9, 9), format, &PictureMeta::default());
         let exif = exif::Reader::new().read_from_container(&mut Cursor::new(&plain));
-        assert!(exif.is_ok_and(|exif| exif.get_field(Tag::Software, In::PRIMARY).is_some()) == false);
+        assert!(!exif.is_ok_and(|exif| exif.get_field(Tag::Software, In::PRIMARY).is_some()));
     }
     let jpeg = written(&ramp(9, 9), PictureFormat::Jpeg { quality: 80 }, &meta());
     // JFIF: dots per inch, twice 300.
