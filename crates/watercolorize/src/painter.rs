@@ -510,7 +510,8 @@ impl<'a> Painter<'a> {
         let wetness = self.params().wetness as f32;
         let soft = Raster::from_fn(shapes.width(), shapes.height(), |x, y| {
             let hard = smoothstep(hardness.at(x, y) / wetness.max(0.2), 0.15, 0.5);
-            ((1.0 - hard) * (1.0 - 0.8 * self.exact.at(x, y))).clamp(0.0, 1.0) * (plan.softness * wetness).min(1.0)
+            ((1.0 - hard) * (1.0 - 0.8 * self.exact.at(x, y))).clamp(0.0, 1.0)
+                * (plan.softness * wetness).min(1.0)
         });
         if index == 0 {
             return (shapes.clone(), soft);

@@ -5,13 +5,16 @@ use std::io::Cursor;
 use girtin_grid::Raster;
 use girtin_optics::{Lab, LinearRgb};
 use girtin_painting::document::SheetSettings;
-use girtin_painting::picture::{PictureLimits, read_color};
+use girtin_painting::picture::{PictureLimits, read_photo};
 use girtin_painting::{PaintConfig, Stock};
 use girtin_watercolorize::c97::{C97Config, C97Request, GlazesFile, watercolorize_c97};
 use girtin_watercolorize::mattes::{MattesParams, mattes};
 
 fn photo(bytes: &[u8]) -> Raster<LinearRgb> {
-    read_color(Cursor::new(bytes), &PictureLimits::default()).unwrap()
+    read_photo(Cursor::new(bytes), None, &PictureLimits::default(), LinearRgb::WHITE)
+        .unwrap()
+        .pixels
+        .map(|color| LinearRgb(color.map(f64::from)))
 }
 
 #[test]

@@ -8,14 +8,17 @@ use std::io::Cursor;
 
 use girtin_grid::Raster;
 use girtin_optics::LinearRgb;
-use girtin_painting::picture::{PictureLimits, read_color};
+use girtin_painting::picture::{PictureLimits, read_photo};
 use girtin_watercolorize::scissors::{Scissors, ScissorsParams, outline};
 
 /// How far from the drawn outline a wire may lie, pixels: what the eye is unsure of, and a soft edge's width.
 const NEAR: f64 = 2.5;
 
 fn scissors(bytes: &[u8]) -> (Scissors, Raster<LinearRgb>) {
-    let photo = read_color(Cursor::new(bytes), &PictureLimits::default()).unwrap();
+    let photo = read_photo(Cursor::new(bytes), None, &PictureLimits::default(), LinearRgb::WHITE)
+        .unwrap()
+        .pixels
+        .map(|color| LinearRgb(color.map(f64::from)));
     (Scissors::new(&photo, ScissorsParams::default()), photo)
 }
 
