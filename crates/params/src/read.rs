@@ -243,6 +243,11 @@ impl<'a> Table<'a> {
         self.ask(key).is_some()
     }
 
+    /// Whether the value of `key` is a table; counts as asking for it.
+    pub fn is_table(&self, key: &str) -> bool {
+        self.ask(key).is_some_and(|value| value.get_ref().is_table())
+    }
+
     /// A text, if the key is there.
     ///
     /// # Errors
