@@ -2,6 +2,7 @@
 
 use girtin_params::read::{Fault, Table};
 use girtin_params::row::Parameters;
+use girtin_params::write::{Node, Tree};
 use girtin_params::{Problem, parse};
 
 use crate::layers::Layer;
@@ -78,9 +79,39 @@ impl Paper {
         })
     }
 
+    /// The recipe as a file of its own, with every value.
+    pub fn to_toml(&self) -> String {
+        let aliases: Vec<&str> = self.aliases.iter().map(String::as_str).collect();
+        let file = Tree::new()
+            .with("id", self.id.as_str())
+            .with("label", self.label.as_str())
+            .with("about", self.about.as_str())
+            .with("aliases", aliases)
+            .and(Tree::of_parameters(&self.surface));
+        let of_kind = |file: Tree, kind: &str| {
+            let layers = self.layers.iter().map(said).filter(|(key, _)| *key == kind);
+            file.with(kind, Node::Sections(layers.map(|(_, tree)| tree).collect()))
+        };
+        KINDS.into_iter().fold(file, of_kind).to_toml()
+    }
+
     /// What the relief is a sum of; never empty.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
+    }
+}
+
+/// Keys of the layers, in the order in which [`layers`] reads them.
+const KINDS: [&str; 5] = ["tooth", "pebbles", "laid", "weave", "fibers"];
+
+/// The key of a layer, and what stands under it.
+fn said(layer: &Layer) -> (&'static str, Tree) {
+    match layer {
+        Layer::Tooth(tooth) => ("tooth", Tree::of_parameters(tooth)),
+        Layer::Pebbles(pebbles) => ("pebbles", Tree::of_parameters(pebbles)),
+        Layer::Laid(laid) => ("laid", Tree::of_parameters(laid)),
+        Layer::Weave(weave) => ("weave", Tree::of_parameters(weave)),
+        Layer::Fibers(fibers) => ("fibers", Tree::of_parameters(fibers)),
     }
 }
 
@@ -150,6 +181,17 @@ mod tests {
         assert_eq!(paper.surface, Surface::default());
         let [Layer::Tooth(tooth)] = paper.layers() else { panic!("one tooth") };
         assert_eq!((tooth.wavelength_mm, tooth.octaves), (0.8, 3));
+    }
+
+    #[test]
+    fn a_recipe_is_written_and_read_again() {
+        let every = "id = \"x\"\nlabel = \"é\"\naliases = [\"y\"]\n[[fibers]]\namount = 0.3\n[[weave]]\n[[laid]]\n\
+            [[pebbles]]\n[[pebbles]]\namount = -0.1\n[[tooth]]\n";
+        let every = Paper::from_toml("x.toml", every).unwrap();
+        assert_eq!(every.layers().len(), 6);
+        for paper in crate::Papers::builtin().iter().chain([&every]) {
+            assert_eq!(Paper::from_toml("again.toml", &paper.to_toml()).unwrap(), *paper);
+        }
     }
 
     #[track_caller]
