@@ -24,8 +24,20 @@ pub struct Development<'a> {
     glazes: Vec<(&'a Dried, &'a PlannedGlaze)>,
 }
 
-/// Cells that a sample takes pigment from, and how much of each; four at most count.
-type Shares = [(usize, usize, f32); 4];
+/// Cells that a sample takes pigment from, and how much of each; four where shapes meet, sixteen inside one.
+struct Shares {
+    cells: [(usize, usize, f32); 16],
+    count: usize,
+}
+
+impl Shares {
+    fn all(&self) -> &[(usize, usize, f32)] {
+        &self.cells[..self.count]
+    }
+}
+
+/// Samples to a cell from which a sample takes from sixteen cells: linear between four, cells would show.
+const SMOOTH_FROM: f32 = 1.5;
 
 impl<'a> Development<'a> {
     /// Of these glazes, from the paper up.
@@ -133,10 +145,11 @@ impl Row<'_> {
         let y = cell(self.y) as f32;
         for x in 0..self.width {
             let at = cell(x) as f32;
-            let (shares, level) = shares_of(at, y, &sheet.height, glaze.outline.as_ref(), to_samples);
+            let shares = shares_of([at, y], &sheet.height, glaze.outline.as_ref(), to_samples);
+            let Some((shares, level)) = shares else { continue };
             let finer = if sheet.samples_are_cells { 0.0 } else { self.height[x] - level };
             for ((row, dried), grain) in amounts.iter_mut().zip(&dried.amounts).zip(&dried.grain) {
-                let mean: f32 = shares.iter().map(|&(x, y, share)| share * dried.at(x, y)).sum();
+                let mean: f32 = shares.all().iter().map(|&(x, y, share)| share * dried.at(x, y)).sum();
                 row[x] = mean * (1.0 + grain * finer).clamp(GRAIN[0], GRAIN[1]);
             }
         }
@@ -152,47 +165,78 @@ fn lay_row(paints: &[Coefficients], amounts: &[&[f32]], ground: &mut [LinearRgb]
     }
 }
 
-/// Which cells a sample at a place, in cells, takes how much from, and the height between their middles.
+/// Which cells a sample at a place, in cells, takes how much from, and the height between their middles; `None`: nothing.
 ///
-/// Where shapes meet it takes from each as much as that covers of the sample, and of its cells only.
+/// Inside a shape the weights are a cubic B-spline's. Where shapes meet a sample takes from each as much as that covers of
+/// it, and of its cells only.
 fn shares_of(
-    x: f32,
-    y: f32,
+    [x, y]: [f32; 2],
     height: &Raster<f32>,
     outline: Option<&PlannedOutline>,
     samples_per_cell: f32,
-) -> (Shares, f32) {
+) -> Option<(Shares, f32)> {
     let (width, rows) = (height.width(), height.height());
     let (x, y) = ((x - 0.5).clamp(0.0, (width - 1) as f32), (y - 0.5).clamp(0.0, (rows - 1) as f32));
     let (x0, y0) = (x as usize, y as usize);
-    let (x1, y1) = ((x0 + 1).min(width - 1), (y0 + 1).min(rows - 1));
     let (fx, fy) = (x - x0 as f32, y - y0 as f32);
-    let mut shares = [
-        (x0, y0, (1.0 - fx) * (1.0 - fy)),
-        (x1, y0, fx * (1.0 - fy)),
-        (x0, y1, (1.0 - fx) * fy),
-        (x1, y1, fx * fy),
-    ];
-    let level = shares.iter().map(|&(x, y, share)| share * height.at(x, y)).sum();
-    let Some(outline) = outline else { return (shares, level) };
-    let regions = shares.map(|(x, y, _)| outline.regions.at(x, y));
-    if regions.iter().any(|region| *region != regions[0]) {
-        confine(&mut shares, regions, outline, samples_per_cell);
-    } else if regions[0] == 0 {
-        shares.iter_mut().for_each(|share| share.2 = 0.0);
+    let around =
+        |at: usize, of: usize| [at.saturating_sub(1), at, (at + 1).min(of - 1), (at + 2).min(of - 1)];
+    let (xs, ys) = (around(x0, width), around(y0, rows));
+    let inner = [(xs[1], ys[1]), (xs[2], ys[1]), (xs[1], ys[2]), (xs[2], ys[2])];
+    let regions = inner.map(|(x, y)| outline.map_or(1, |outline| outline.regions.at(x, y)));
+    let is_inside = |outline: &PlannedOutline| {
+        ys.iter().all(|&y| {
+            let row = outline.regions.row(y);
+            xs.iter().all(|&x| row[x] == regions[0])
+        })
+    };
+    if regions == [0; 4] {
+        return None;
     }
-    if let Some(masked) = &outline.masked {
+    let mut shares = Shares { cells: [(0, 0, 0.0); 16], count: 4 };
+    let mut level = 0.0;
+    if samples_per_cell >= SMOOTH_FROM && outline.is_none_or(is_inside) {
+        let (wx, wy) = (spline(fx), spline(fy));
+        shares.count = 16;
+        for k in 0..16 {
+            let share = wx[k % 4] * wy[k / 4];
+            shares.cells[k] = (xs[k % 4], ys[k / 4], share);
+            level += share * height.at(xs[k % 4], ys[k / 4]);
+        }
+    } else {
+        let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
+        for (k, ((x, y), share)) in inner.into_iter().zip(weights).enumerate() {
+            shares.cells[k] = (x, y, share);
+            level += share * height.at(x, y);
+        }
+        if let Some(outline) = outline.filter(|_| regions != [regions[0]; 4]) {
+            confine(&mut shares.cells, regions, outline, samples_per_cell);
+        }
+    }
+    if let Some(masked) = outline.and_then(|outline| outline.masked.as_ref()) {
         let [x, y] = [(x + 0.5, width, masked.width()), (y + 0.5, rows, masked.height())]
             .map(|(at, cells, of)| at * of as f32 / cells as f32);
         let bare = 1.0 - masked.sample(x, y);
-        shares.iter_mut().for_each(|share| share.2 *= bare);
+        shares.cells.iter_mut().for_each(|share| share.2 *= bare);
     }
-    (shares, level)
+    Some((shares, level))
 }
 
-/// Gives every shape's cells together what the shape covers of the sample.
-fn confine(shares: &mut Shares, regions: [u8; 4], outline: &PlannedOutline, samples_per_cell: f32) {
-    let between = *shares;
+/// Weights of a uniform cubic B-spline, `part` between the second and the third of four cells.
+fn spline(part: f32) -> [f32; 4] {
+    let (t, u) = (part, 1.0 - part);
+    let inner = |t: f32| (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0;
+    [u * u * u / 6.0, inner(t), inner(u), t * t * t / 6.0]
+}
+
+/// Gives the first four cells of every shape together what the shape covers of the sample.
+fn confine(
+    shares: &mut [(usize, usize, f32); 16],
+    regions: [u8; 4],
+    outline: &PlannedOutline,
+    samples_per_cell: f32,
+) {
+    let between: [(usize, usize, f32); 4] = [shares[0], shares[1], shares[2], shares[3]];
     let inside = between.map(|(x, y, _)| outline.edges.at(x, y));
     // How far a sample lies in the shape of each cell, from what its four cells say.
     let covered = regions.map(|region| {

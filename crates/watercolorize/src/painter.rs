@@ -37,6 +37,9 @@ const INK: Srgb = Srgb([38.0 / 255.0, 34.0 / 255.0, 36.0 / 255.0]);
 /// Film that dry pores drink, on average: [`LivingParams::pore_depth`] times the mean of [`LivingParams::capacity`].
 const DRUNK: f32 = 0.18;
 
+/// Steps after which drops fall into the first wash: it shines no more, and is not dry yet.
+const STEPS_BEFORE_DROPS: u32 = 56;
+
 /// What is to be painted, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
@@ -148,6 +151,8 @@ struct Painter<'a> {
     abstractions: Vec<Colors>,
     /// How exactly each cell is drawn, with the parameter in it; 0 to 1.
     exact: Plane,
+    /// How rough the photograph is, 0 to 1.
+    rough: Plane,
     /// How far inside the painting's border each cell is, cells.
     inside: Plane,
     /// Distance from the photograph's border, negative inside, cells.
@@ -218,7 +223,9 @@ impl<'a> Painter<'a> {
         let sheet = document.resolve_sheet(stock, &maps)?;
         let current = ground_of(&sheet);
         let masked = (params.detail > 0.0).then(|| light_lines(&photo_lab, &mount, &exact));
+        let rough = Self::roughness(&photo_lab, &broad, &exact, &mount);
         let mut painter = Self {
+            rough,
             bare: Raster::new(mount.size[0], mount.size[1], 0),
             abstractions: vec![broadest, broad, fine, finest],
             masked,
@@ -494,8 +501,29 @@ impl<'a> Painter<'a> {
         });
         let least = self.exact.map(|exact| plan.least_shape as f32 * area * simpler * (1.1 - 0.95 * exact));
         let mask = cleaned(&mask, &least, 0.8);
-        let round = gaussian_plane(&mask.map(f32::from), self.cells(0.8 * plan.need_over));
-        Raster::from_fn(width, height, |x, y| u8::from(round.at(x, y) > 0.5 && is_open(x, y)))
+        let mask = mask.map(f32::from);
+        let round = gaussian_plane(&mask, self.cells(0.8 * plan.need_over));
+        // A dry brush skips over hollows at the edges of its mark, and still touches peaks beside it.
+        let dragged = gaussian_plane(&mask, self.cells(0.005));
+        Raster::from_fn(width, height, |x, y| {
+            let dry = (params.drybrush as f32 * self.rough.at(x, y)).min(1.0);
+            let touched = dragged.at(x, y) + 0.9 * (self.sheet.height.at(x, y) - 0.5);
+            let there = round.at(x, y) + dry * (touched - round.at(x, y));
+            u8::from(there > 0.5 && is_open(x, y))
+        })
+    }
+
+    /// Where the photograph is rough, and nothing exact: rock, foliage, rippled water. 0 to 1.
+    fn roughness(fine: &Colors, broad: &Colors, exact: &Plane, mount: &Mount) -> Plane {
+        let texture = Raster::from_fn(fine.width(), fine.height(), |x, y| {
+            let off = fine.at(x, y)[0] - broad.at(x, y)[0];
+            off * off
+        });
+        let texture = gaussian_plane(&texture, mount.cells(0.012));
+        Raster::from_fn(fine.width(), fine.height(), |x, y| {
+            let rough = smoothstep(texture.at(x, y).max(0.0).sqrt(), 2.0, 7.0);
+            rough * (1.0 - 0.9 * exact.at(x, y))
+        })
     }
 
     /// The shapes, reaching on where the photograph is soft, and how soft that is: paper that is wetted first.
@@ -652,6 +680,10 @@ impl<'a> Painter<'a> {
             amounts[at] = *most;
             events.push(Event::Pigment { area: area.clone(), amounts });
         }
+        if index == 0 && self.request.params.drops > 0 {
+            events.push(Event::Run { steps: STEPS_BEFORE_DROPS, until_dry: false, feed: None });
+            events.extend(self.drops());
+        }
         events.push(Event::Run { steps: 400, until_dry: true, feed: None });
         events.push(Event::Dry { area: None, damp: [0.0, 0.0] });
         let glaze = Glaze {
@@ -681,6 +713,38 @@ impl<'a> Painter<'a> {
         self.document.glazes.push(glaze);
         self.glazes.push(painted);
         Ok(())
+    }
+
+    /// Drops of water that fall where nothing is exact, and push the paint aside.
+    fn drops(&self) -> Vec<Event> {
+        let key = random::key(self.request.seed, random::stage("drops"));
+        let [width, height] = self.mount.size;
+        let mut drops = Vec::new();
+        // Places are tried in order; a picture that is exact everywhere gets fewer.
+        for at in 0..40 * self.request.params.drops {
+            let part = |axis: i64| random::unit_f64(random::at(key, [i64::from(at), axis]));
+            let (x, y) = ((part(0) * width as f64) as usize, (part(1) * height as f64) as usize);
+            let is_loose = self.exact.at(x, y) < 0.25
+                && self.bare.at(x, y) == 0
+                && self.distance.at(x, y) < -self.cells(0.03) as f32;
+            if is_loose {
+                let center = [x, y].map(|at| (at as f64 + 0.5) / self.mount.cells_per_mm);
+                let radius = self.cells(random::between(random::at(key, [i64::from(at), 2]), 0.008, 0.022));
+                let radius = radius / self.mount.cells_per_mm;
+                let area = Area {
+                    shape: Shape::Disc { center, radius },
+                    soft_mm: 0.3 * radius,
+                    ragged_mm: 0.35 * radius,
+                    ragged_scale_mm: radius,
+                    ..Area::default()
+                };
+                drops.push(Event::Water { area, amount: 0.9 });
+            }
+            if drops.len() == self.request.params.drops as usize {
+                break;
+            }
+        }
+        drops
     }
 
     fn physics(&self, plan: &WashPlan) -> LivingParams {
