@@ -6,8 +6,10 @@
 //! - [`abstraction`]: fewer, flatter shapes; [`regions`]: shapes whose borders are hard edges; [`lines`]: ink and masking
 //!   fluid;
 //! - [`tone`]: a watercolor's tones; [`palette`]: pigments that mix its colors; [`separate`]: how much of each;
-//! - [`washes`]: what is asked of the first wash, and of the last;
-//! - [`painter`]: wash by wash, each planned on the sheet as the one below dried.
+//! - [`study`]: all that is known of the photograph before the first wash;
+//! - `washes`: what is asked of the first wash, and of the last; `load`: what is missing on the sheet as the washes below
+//!   dried, and how much water and pigment are laid for it;
+//! - [`painter`]: wash by wash, until the painting is done.
 //!
 //! And for whoever has pigments in order and regions, or wants to cut them out:
 //! - [`superpixels`](mod@superpixels): pixels gathered into small patches of one color;
@@ -25,7 +27,9 @@ pub mod lines;
 pub mod tone;
 pub mod palette;
 pub mod separate;
+pub mod study;
 mod washes;
+mod load;
 pub mod painter;
 
 mod accidents;

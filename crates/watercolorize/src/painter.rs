@@ -2,12 +2,11 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use girtin_grid::blur::{gaussian, gaussian_plane, within};
-use girtin_grid::resize::{resized, resized_plane};
 use girtin_grid::{Raster, random};
 use girtin_optics::kubelka_munk::glaze_row;
 use girtin_optics::{LinearRgb, Pigment, Srgb, UnknownPigment};
-use girtin_painting::area::{Area, Shape};
+use girtin_painting::area::{Area, Canvas, Shape};
+use girtin_painting::composite::print;
 use girtin_painting::document::{Event, Glaze, MapName, Outline, SheetSettings};
 use girtin_painting::paint::paint_glaze;
 use girtin_painting::resolve::{EDGE_STEPS, PlannedSheet};
@@ -17,25 +16,20 @@ use girtin_painting::{
 use girtin_wash::{LivingParams, WashModel};
 use rayon::prelude::*;
 
-use crate::abstraction::abstracted;
-use crate::accidents::{noise, plane, smoothstep};
-use crate::attention::{attention, quantile};
-use crate::lines::{ink, light_lines, warped, warped_labels};
+use crate::accidents::plane;
+use crate::load::{Load, Planner};
 use crate::mount::{Mount, Mounting};
 use crate::palette::{choose, clusters};
-use crate::regions::{self, Finding, Regions, cleaned, colored, dilated, regions, voted};
-use crate::separate::{Limits, MOST, Paints, lab, separated};
+use crate::separate::{MOST, Paints};
 use crate::settings::PhotoParams;
-use crate::tone::{Tones, lifted};
+use crate::study::Study;
+use crate::tone::Tones;
 use crate::washes::WashPlan;
 
 /// Color of the bare sheet.
 pub const PAPER: Srgb = Srgb([251.0 / 255.0, 249.0 / 255.0, 244.0 / 255.0]);
 /// Color of ink.
 const INK: Srgb = Srgb([38.0 / 255.0, 34.0 / 255.0, 36.0 / 255.0]);
-
-/// Film that dry pores drink, on average: [`LivingParams::pore_depth`] times the mean of [`LivingParams::capacity`].
-const DRUNK: f32 = 0.18;
 
 /// Steps after which drops fall into the first wash: it shines no more, and is not dry yet.
 const STEPS_BEFORE_DROPS: u32 = 56;
@@ -138,29 +132,11 @@ pub fn watercolorize(
     painter.paint()
 }
 
-/// Rasters of the sheet's cells.
-type Plane = Raster<f32>;
-type Colors = Raster<[f32; 3]>;
-
 struct Painter<'a> {
     request: &'a Request<'a>,
     stock: &'a Stock,
     watch: &'a Watch<'a>,
-    mount: Mount,
-    /// The photograph in Lab, and it abstracted, broadest first.
-    abstractions: Vec<Colors>,
-    /// How exactly each cell is drawn, with the parameter in it; 0 to 1.
-    exact: Plane,
-    /// How rough the photograph is, 0 to 1.
-    rough: Plane,
-    /// How far inside the painting's border each cell is, cells.
-    inside: Plane,
-    /// Distance from the photograph's border, negative inside, cells.
-    distance: Plane,
-    /// What stays bare: 1.
-    bare: Raster<u8>,
-    /// Masking fluid, if there is any.
-    masked: Option<Plane>,
+    study: Study<'a>,
     pigments: Vec<&'a Pigment>,
     paints: Paints,
     document: Document,
@@ -171,178 +147,56 @@ struct Painter<'a> {
     glazes: Vec<PaintedGlaze>,
 }
 
-/// A wash ready to be laid.
-struct Load {
-    /// Which shape each cell belongs to, 0 for none, and how far inside it its middle is.
-    shapes: Raster<u8>,
-    edges: Plane,
-    /// Amounts of each pigment.
-    amounts: Raster<[f32; MOST]>,
-    /// Film.
-    water: Plane,
-    /// Pore water before the brush comes, volumes.
-    moist: Plane,
-}
-
 impl<'a> Painter<'a> {
     fn new(request: &'a Request<'a>, stock: &'a Stock, watch: &'a Watch<'a>) -> Result<Self, PhotoError> {
-        let say = |stage, part| report(watch, stage, part);
-        say(Stage::Looking, 0.0)?;
+        report(watch, Stage::Looking, 0.0)?;
         let (photo, params) = (request.photo, request.params);
         let mount =
             Mount::new([photo.width(), photo.height()], f64::from(params.plan_cells), &request.mounting);
-        let photo_lab = mount.place(photo).map(lab);
-        let exact = match request.detail_map {
-            Some(map) => mount.place(&map.map(|value| [value])).map(|[value]| value),
-            None => attention(&photo_lab, &mount),
-        };
-        let exact = exact.map(|exact| (exact * params.detail as f32).clamp(0.0, 1.0));
-        let simpler = params.simplification;
-        let radius = exact.map(|exact| {
-            (mount.cells(simpler) * (0.013 * (1.0 - f64::from(exact)) + 0.0022 * f64::from(exact))) as f32
-        });
-        let times = |by: f32| radius.map(|radius| radius * by);
-        let broad = abstracted(&photo_lab, &radius);
-        let broadest = abstracted(&broad, &times(2.0));
-        let fine = abstracted(&photo_lab, &times(0.5));
-        let finest = abstracted(&photo_lab, &times(0.28));
-        say(Stage::Palette, 0.1)?;
-        let pigments = palette(request, stock, &broad)?;
-        let paints = Paints::new(pigments.iter().map(|pigment| &pigment.coefficients));
         let mut document = document(request, &mount);
         let mut maps = MapChest::default();
-        let sheet = document.resolve_sheet(stock, &maps)?;
-        let inside = mount.painted(&request.mounting, params.vignette as f32, &sheet.height, request.seed);
-        let distance = mount.distance();
+        let mut sheet = document.resolve_sheet(stock, &maps)?;
+        let study = Study::new(request, mount, &sheet.height);
         if params.ink > 0.0 {
-            let drawing = mount_finer(photo, &mount);
-            let lines = ink_map(&drawing, &mount, &exact, params.ink as f32, &inside, request.seed);
-            maps.0.insert("ink.png".to_owned(), StoredMap::bytes(&lines));
+            maps.0.insert("ink.png".to_owned(), StoredMap::bytes(&study.ink(photo)));
             document.sheet.printed.push((bytes_of(INK).to_linear(), map_area("ink.png")));
+            sheet = document.resolve_sheet(stock, &maps)?;
         }
-        let sheet = document.resolve_sheet(stock, &maps)?;
-        let current = ground_of(&sheet);
-        let masked = (params.detail > 0.0).then(|| light_lines(&photo_lab, &mount, &exact));
-        let rough = Self::roughness(&photo_lab, &broad, &exact, &mount);
-        let mut painter = Self {
-            rough,
-            bare: Raster::new(mount.size[0], mount.size[1], 0),
-            abstractions: vec![broadest, broad, fine, finest],
-            masked,
+        report(watch, Stage::Palette, 0.1)?;
+        let pigments = palette(request, stock, &study.abstractions[1])?;
+        Ok(Self {
+            paints: Paints::new(pigments.iter().map(|pigment| &pigment.coefficients)),
+            current: ground_of(&sheet),
             request,
             stock,
             watch,
-            mount,
-            exact,
-            inside,
-            distance,
+            study,
             pigments,
-            paints,
             document,
             maps,
             sheet,
-            current,
             glazes: Vec::new(),
-        };
-        painter.bare = painter.reserves();
-        Ok(painter)
-    }
-
-    fn params(&self) -> &'a PhotoParams {
-        self.request.params
-    }
-
-    fn cells(&self, part: f64) -> f64 {
-        self.mount.cells(part)
+        })
     }
 
     fn say(&self, stage: Stage, part: f64) -> Result<(), PhotoError> {
         report(self.watch, stage, part)
     }
 
-    /// White that stays paper: only where most of its edge is hard, so that pale skies fade to paper instead of ending in a
-    /// curve; slivers between shapes; and what the caller reserves.
-    fn reserves(&self) -> Raster<u8> {
-        let [width, height] = self.mount.size;
-        let broad = &self.abstractions[1];
-        let area = self.cells(1.0) * self.cells(1.0);
-        let white = broad.map(|[l, a, b]| f32::from(u8::from(l > 94.0 && libm::hypotf(a, b) < 7.0)));
-        let white = gaussian_plane(&white, self.cells(0.003)).map(|white| u8::from(white > 0.5));
-        let least = Raster::new(width, height, (1.5e-4 * area) as f32);
-        let mut bare = cleaned(&white, &least, 2.0);
-        let steps = regions::steps(broad, self.cells(0.008));
-        let pieces = regions::connected(&bare);
-        let count = pieces.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
-        let mut rims = vec![[0u32; 2]; count];
-        for y in 1..height.saturating_sub(1) {
-            for x in 1..width.saturating_sub(1) {
-                let around = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
-                if bare.at(x, y) != 0
-                    && self.distance.at(x, y) < 0.0
-                    && around.iter().any(|&(x, y)| bare.at(x, y) == 0)
-                {
-                    let rim = &mut rims[pieces.at(x, y) as usize];
-                    rim[0] += 1;
-                    rim[1] += u32::from(steps.at(x, y) < 16.0);
-                }
-            }
-        }
-        for (cell, &piece) in bare.as_mut_slice().iter_mut().zip(pieces.as_slice()) {
-            let [all, soft] = rims[piece as usize];
-            *cell &= u8::from(f64::from(soft) <= 0.35 * f64::from(all.max(1)));
-        }
-        let slivers = self.slivers(&steps);
-        bare.as_mut_slice().iter_mut().zip(slivers.as_slice()).for_each(|(bare, sliver)| *bare |= sliver);
-        if let Some(reserve) = self.request.reserve {
-            let reserve = self.mount.place(&reserve.map(|value| [value]));
-            let cells = bare.as_mut_slice().iter_mut().zip(reserve.as_slice());
-            cells.for_each(|(bare, [reserve])| *bare |= u8::from(*reserve >= 0.5));
-        }
-        bare
-    }
-
-    /// Slivers of paper left between shapes, few, where edges are hard and light and nothing is exact.
-    fn slivers(&self, steps: &Plane) -> Raster<u8> {
-        let [width, height] = self.mount.size;
-        let much = self.params().slivers as f32;
-        if much <= 0.0 {
-            return Raster::new(width, height, 0);
-        }
-        let finding = Finding {
-            scale: 196.0,
-            least_cells: (8e-4 * self.cells(1.0) * self.cells(1.0)) as usize,
-            rounding: self.cells(0.004),
-            least_step: 26.0,
-        };
-        let (_, edges) = voted(&regions(&self.abstractions[1], steps, &finding), self.cells(0.002));
-        let chance = plane(self.request.seed, "slivers", self.mount.size, self.cells(0.03));
-        let light = gaussian(&self.abstractions[1], self.cells(0.004));
-        let loose = gaussian_plane(&self.exact, self.cells(0.01));
-        let reach = self.cells(0.0022) as f32 * much;
-        let there = Raster::from_fn(width, height, |x, y| {
-            let chance = (chance.at(x, y) - 0.9).clamp(0.0, 1.2);
-            let loose = smoothstep(-loose.at(x, y), -0.4, -0.08);
-            let is_light = light.at(x, y)[0] > 45.0 && self.distance.at(x, y) < -self.cells(0.02) as f32;
-            u8::from(is_light && edges.at(x, y) < reach * chance * loose)
-        });
-        let area = (6e-5 * self.cells(1.0) * self.cells(1.0)) as f32;
-        cleaned(&there, &Raster::new(width, height, area), 0.0)
-    }
-
     fn paint(mut self) -> Result<Painting, PhotoError> {
-        let count = self.params().washes as usize;
-        let (low, high) = {
-            let light = || {
-                let cells = self.abstractions[1].as_slice().iter().zip(self.distance.as_slice());
-                cells.filter(|(_, distance)| **distance < 0.0).map(|(lab, _)| lab[0])
-            };
-            (quantile(light(), 0.03), quantile(light(), 0.97))
-        };
+        let count = self.request.params.washes as usize;
+        let (low, high) = (self.study.lightness(0.03), self.study.lightness(0.97));
         for index in 0..count {
             let part = |of: f64| 0.15 + 0.85 * (index as f64 + of) / count as f64;
             self.say(Stage::Planning(index), part(0.0))?;
             let plan = WashPlan::of(index, count);
-            let load = self.plan(&plan, index, low + (high - low) * plan.level);
+            let planner = Planner {
+                study: &self.study,
+                paper: &self.sheet.height,
+                current: &self.current,
+                paints: &self.paints,
+            };
+            let load = planner.plan(&plan, index, low + (high - low) * plan.level);
             self.say(Stage::Washing(index), part(0.4))?;
             if let Some(load) = load {
                 self.lay(&plan, index, &load, part(0.4), 0.51 / count as f64)?;
@@ -352,275 +206,6 @@ impl<'a> Painter<'a> {
             document: self.document,
             maps: self.maps,
             painted: Painted { sheet: self.sheet, glazes: self.glazes },
-        })
-    }
-
-    /// What a wash is to look like, before the sheet below is looked at.
-    fn wanted(&self, plan: &WashPlan, index: usize, lightest: f32) -> Colors {
-        let tones = Tones::new(self.params());
-        let (low, part) = (plan.abstraction as usize, plan.abstraction.fract() as f32);
-        let last = self.abstractions.len() - 1;
-        let (a, b) = (&self.abstractions[low.min(last)], &self.abstractions[(low + 1).min(last)]);
-        let mut wanted = Raster::from_fn(a.width(), a.height(), |x, y| {
-            let (a, b) = (a.at(x, y), b.at(x, y));
-            let color = tones.of([0, 1, 2].map(|c: usize| a[c] + part * (b[c] - a[c])));
-            if plan.level > 0.0 { lifted(color, lightest) } else { color }
-        });
-        let wetness = self.params().wetness;
-        let soft = if index == 0 { 0.012 * wetness } else { 0.002 * (wetness - 1.0).max(0.0) };
-        if soft > 0.0 {
-            let blurred = gaussian(&wanted, self.cells(soft));
-            let share = if index == 0 { 0.4 } else { 1.0 };
-            let cells = wanted.as_mut_slice().iter_mut().zip(blurred.as_slice());
-            cells.for_each(|(cell, soft)| *cell = mixed(*cell, *soft, share));
-        }
-        wanted
-    }
-
-    /// The sheet as the plan sees it: half blind away from detail, so that it does not repair the accidents of the washes
-    /// below; and never across an edge, or every wash would darken its own border.
-    fn seen(&self, walls: &Regions, open: &Raster<u8>) -> Colors {
-        let current = self.current.map(|color| color.0.map(|channel| channel as f32));
-        let freedom = self.params().freedom();
-        let walled = Raster::from_fn(walls.width(), walls.height(), |x, y| {
-            if open.at(x, y) != 0 { walls.at(x, y) } else { u32::MAX }
-        });
-        let blind = within(&current, &walled, self.cells(0.007 * freedom));
-        let near = within(&current, &open.map(u32::from), self.cells(0.002));
-        Raster::from_fn(walls.width(), walls.height(), |x, y| {
-            mixed(blind.at(x, y), near.at(x, y), self.exact.at(x, y))
-        })
-    }
-
-    /// Plans a wash on the sheet as it is; `None` if nothing is missing.
-    fn plan(&self, plan: &WashPlan, index: usize, lightest: f32) -> Option<Load> {
-        let (params, [width, height]) = (self.params(), self.mount.size);
-        let stage = |name: &str| format!("{name} {index}");
-        let freedom = params.freedom() as f32;
-        let area = self.cells(1.0) * self.cells(1.0);
-        let source = &self.abstractions[(plan.abstraction + 0.5) as usize];
-        let steps = regions::steps(source, self.cells(0.008));
-        let walls = regions(
-            source,
-            &steps,
-            &Finding {
-                scale: plan.scale,
-                least_cells: (plan.least_region * params.simplification * area) as usize,
-                rounding: self.cells(plan.rounding),
-                least_step: plan.least_step * params.edge_threshold as f32,
-            },
-        );
-        let open = Raster::from_fn(width, height, |x, y| {
-            u8::from(self.inside.at(x, y) > 0.0 && self.bare.at(x, y) == 0)
-        });
-        let mut wanted = self.wanted(plan, index, lightest);
-        let under = self.seen(&walls, &open);
-        let under_lab = under.map(lab);
-        let even = within(&wanted, &walls, self.cells(plan.flat_over));
-        wanted = Raster::from_fn(width, height, |x, y| {
-            let exact = self.exact.at(x, y);
-            let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
-            let wanted = mixed(wanted.at(x, y), even.at(x, y), flat);
-            let left = if index > 0 { params.economy as f32 * freedom * (1.0 - exact) } else { 0.0 };
-            mixed(wanted, under_lab.at(x, y), left.min(1.0))
-        });
-        let missing = Raster::from_fn(width, height, |x, y| {
-            let (wanted, under) = (wanted.at(x, y), under_lab.at(x, y));
-            let chroma = libm::hypotf(under[1] - wanted[1], under[2] - wanted[2]);
-            (under[0] - wanted[0]).max(0.0) + 0.35 * chroma
-        });
-        let charge = plan.charge * params.charging as f32 * freedom.min(1.0);
-        if charge > 0.0 {
-            let drift = noise::<2>(self.request.seed, &stage("charging"), self.mount.size, self.cells(0.05));
-            for (at, cell) in wanted.as_mut_slice().iter_mut().enumerate() {
-                let exact = self.exact.as_slice()[at];
-                let much = charge * (1.0 - 0.85 * exact) * smoothstep(100.0 - cell[0], 3.0, 20.0);
-                cell[1] += much * drift.as_slice()[at][0];
-                cell[2] += much * drift.as_slice()[at][1];
-            }
-        }
-        // One displacement for colors and shapes alike: the slight misregister of glazes.
-        let first = if index == 0 { 1.5 } else { 1.0 };
-        let amplitude = (self.cells(0.0020) * params.wobble * first) as f32;
-        let stray = noise::<2>(self.request.seed, &stage("wobble"), self.mount.size, self.cells(0.025));
-        let stray = Raster::from_fn(width, height, |x, y| {
-            stray.at(x, y).map(|by| by * amplitude * (1.0 - 0.9 * self.exact.at(x, y)))
-        });
-        let hardness = self.hardness(&steps);
-        let shapes =
-            if index == 0 { open.clone() } else { self.shapes(plan, index, &missing, &walls, &stray, &open) };
-        if shapes.as_slice().iter().all(|&shape| shape == 0) {
-            return None;
-        }
-        let walls = warped_labels(&walls, &stray);
-        let (painted, softness) = self.softened(plan, &shapes, &hardness, &open, index);
-        let numbered = colored(&walls, &painted);
-        let (mut shapes_of, edges) = voted(&numbered, self.cells(0.6 * plan.rounding).max(0.8));
-        shapes_of.as_mut_slice().iter_mut().zip(open.as_slice()).for_each(|(shape, open)| *shape *= open);
-        let amounts = self.amounts(plan, &wanted, &under, &shapes, &shapes_of, &stray, &softness, index);
-        let moist = gaussian_plane(&softness, self.cells(0.012));
-        let moist = moist.map(|soft| 1.2 * soft * params.wetness.min(1.5) as f32);
-        let water = self.water(plan, &hardness, &moist, index);
-        Some(Load { shapes: shapes_of, edges, amounts, water, moist })
-    }
-
-    /// How hard the photograph's edges are around each cell, 0 to 1.
-    fn hardness(&self, steps: &Plane) -> Plane {
-        let threshold = self.params().edge_threshold as f32;
-        let hard = gaussian_plane(steps, 1.0).map(|step| smoothstep(step, 8.0 * threshold, 26.0 * threshold));
-        // Spread, so that both sides of an edge know it.
-        let wide = gaussian_plane(&hard, self.cells(0.004));
-        wide.map(|hard| (2.6 * hard).min(1.0))
-    }
-
-    /// Where a later wash is laid.
-    fn shapes(
-        &self,
-        plan: &WashPlan,
-        index: usize,
-        missing: &Plane,
-        walls: &Regions,
-        stray: &Raster<[f32; 2]>,
-        open: &Raster<u8>,
-    ) -> Raster<u8> {
-        let (params, [width, height]) = (self.params(), self.mount.size);
-        let missing = within(&missing.map(|need| [need]), walls, self.cells(plan.need_over));
-        let missing = warped(&missing, stray);
-        let chance = plane(self.request.seed, &format!("shape {index}"), self.mount.size, self.cells(0.01));
-        let simpler = params.simplification as f32;
-        let border = plane(self.request.seed, &format!("border {index}"), self.mount.size, self.cells(0.03));
-        let area = (self.cells(1.0) * self.cells(1.0)) as f32;
-        let is_open = |x: usize, y: usize| {
-            let inside = self.inside.at(x, y) + self.cells(0.0016) as f32 * (border.at(x, y) - 0.4);
-            open.at(x, y) != 0 && inside > 0.0
-        };
-        let mask = Raster::from_fn(width, height, |x, y| {
-            let exact = self.exact.at(x, y);
-            let need = missing.at(x, y)[0] + 0.9 * chance.at(x, y) * (1.0 - 0.8 * exact);
-            u8::from(is_open(x, y) && need > 4.0 - 1.0 * exact + 3.0 * simpler * (1.0 - exact))
-        });
-        let least = self.exact.map(|exact| plan.least_shape as f32 * area * simpler * (1.1 - 0.95 * exact));
-        let mask = cleaned(&mask, &least, 0.8);
-        let mask = mask.map(f32::from);
-        let round = gaussian_plane(&mask, self.cells(0.8 * plan.need_over));
-        // A dry brush skips over hollows at the edges of its mark, and still touches peaks beside it.
-        let dragged = gaussian_plane(&mask, self.cells(0.005));
-        Raster::from_fn(width, height, |x, y| {
-            let dry = (params.drybrush as f32 * self.rough.at(x, y)).min(1.0);
-            let touched = dragged.at(x, y) + 0.9 * (self.sheet.height.at(x, y) - 0.5);
-            let there = round.at(x, y) + dry * (touched - round.at(x, y));
-            u8::from(there > 0.5 && is_open(x, y))
-        })
-    }
-
-    /// Where the photograph is rough, and nothing exact: rock, foliage, rippled water. 0 to 1.
-    fn roughness(fine: &Colors, broad: &Colors, exact: &Plane, mount: &Mount) -> Plane {
-        let texture = Raster::from_fn(fine.width(), fine.height(), |x, y| {
-            let off = fine.at(x, y)[0] - broad.at(x, y)[0];
-            off * off
-        });
-        let texture = gaussian_plane(&texture, mount.cells(0.012));
-        Raster::from_fn(fine.width(), fine.height(), |x, y| {
-            let rough = smoothstep(texture.at(x, y).max(0.0).sqrt(), 2.0, 7.0);
-            rough * (1.0 - 0.9 * exact.at(x, y))
-        })
-    }
-
-    /// The shapes, reaching on where the photograph is soft, and how soft that is: paper that is wetted first.
-    fn softened(
-        &self,
-        plan: &WashPlan,
-        shapes: &Raster<u8>,
-        hardness: &Plane,
-        open: &Raster<u8>,
-        index: usize,
-    ) -> (Raster<u8>, Plane) {
-        let wetness = self.params().wetness as f32;
-        let soft = Raster::from_fn(shapes.width(), shapes.height(), |x, y| {
-            let hard = smoothstep(hardness.at(x, y) / wetness.max(0.2), 0.15, 0.5);
-            ((1.0 - hard) * (1.0 - 0.8 * self.exact.at(x, y))).clamp(0.0, 1.0)
-                * (plan.softness * wetness).min(1.0)
-        });
-        if index == 0 {
-            return (shapes.clone(), soft);
-        }
-        let reach = gaussian_plane(&shapes.map(f32::from), self.cells(0.0045 * f64::from(wetness)));
-        let painted = Raster::from_fn(shapes.width(), shapes.height(), |x, y| {
-            let reached = reach.at(x, y) > 0.03 && soft.at(x, y) > 0.3;
-            u8::from(open.at(x, y) != 0 && (shapes.at(x, y) != 0 || reached))
-        });
-        (painted, soft)
-    }
-
-    /// How much of each pigment is laid where.
-    #[expect(clippy::too_many_arguments, reason = "all of them are rasters of one wash's plan")]
-    fn amounts(
-        &self,
-        plan: &WashPlan,
-        wanted: &Colors,
-        under: &Colors,
-        shapes: &Raster<u8>,
-        numbered: &Raster<u8>,
-        stray: &Raster<[f32; 2]>,
-        softness: &Plane,
-        index: usize,
-    ) -> Raster<[f32; MOST]> {
-        let (params, [width, height]) = (self.params(), self.mount.size);
-        let hue = if self.paints.len() == 1 { 0.05 } else { 1.0 };
-        let coarse = Limits { each: plan.most_each, total: 2.6, thrift: 4.0, keeping: 0.0, rounds: 14, hue };
-        let fine = Limits { keeping: 20.0, rounds: 6, ..coarse };
-        let sized = |by: usize| (width.div_ceil(by), height.div_ceil(by));
-        let small = |raster: &Colors, by: usize| resized(raster, sized(by).0, sized(by).1);
-        let first = separated(&self.paints, &small(wanted, 8), &small(under, 8), None, None, &coarse);
-        let by = plan.coarseness;
-        let start = resized(&first, sized(by).0, sized(by).1);
-        let near = dilated(numbered, 2 + self.cells(0.006 * params.wobble) as usize);
-        let near =
-            resized_plane(&near.map(f32::from), sized(by).0, sized(by).1).map(|near| u8::from(near > 0.0));
-        let amounts =
-            separated(&self.paints, &small(wanted, by), &small(under, by), Some(&start), Some(&near), &fine);
-        let amounts = warped(&resized(&amounts, width, height), stray);
-        if index == 0 {
-            return amounts;
-        }
-        // Shapes step instead of fading in, except where the photograph is soft.
-        let masked = Raster::from_fn(width, height, |x, y| {
-            let there = f32::from(shapes.at(x, y));
-            let mut cell = [0.0; MOST + 1];
-            cell[..MOST].copy_from_slice(&amounts.at(x, y).map(|amount| amount * there));
-            cell[MOST] = there;
-            cell
-        });
-        let even = within(&masked, numbered, self.cells(0.02));
-        let faded = gaussian(&masked, self.cells(0.0055 * params.wetness));
-        Raster::from_fn(width, height, |x, y| {
-            let exact = self.exact.at(x, y);
-            let (own, even, faded) = (amounts.at(x, y), even.at(x, y), faded.at(x, y));
-            let step = params.stepping as f32 * (1.0 - 0.7 * exact);
-            let soft = softness.at(x, y);
-            let is_shape = shapes.at(x, y) != 0;
-            core::array::from_fn(|k| {
-                let mean = if even[MOST] > 0.01 { even[k] / even[MOST] } else { 0.0 };
-                let own = if is_shape { own[k] } else { mean };
-                let stepped = own + step * (mean - own);
-                stepped + soft * (faded[k] - stepped)
-            })
-        })
-    }
-
-    /// How much water is laid.
-    fn water(&self, plan: &WashPlan, hardness: &Plane, moist: &Plane, index: usize) -> Plane {
-        let params = self.params();
-        let uneven = plane(self.request.seed, &format!("water {index}"), self.mount.size, self.cells(0.03));
-        let much = 0.3 * params.turbulence as f32;
-        Raster::from_fn(self.mount.size[0], self.mount.size[1], |x, y| {
-            let film = plan.film * params.wetness.clamp(0.4, 1.6) as f32;
-            // Where nothing is hard, less water stands; detail is painted with a nearly dry brush.
-            let hard = 0.7 + 0.3 * hardness.at(x, y);
-            let exact = 1.0 - 0.45 * self.exact.at(x, y);
-            // Dry pores drink first; what they take must not be missing beside damp paper, or water runs there and back.
-            let drunk = DRUNK * (1.0 - moist.at(x, y)).max(0.0);
-            (film * hard * exact * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)
         })
     }
 
@@ -642,7 +227,7 @@ impl<'a> Painter<'a> {
         let steps = load.edges.map(|edge| (edge * EDGE_STEPS + 0.5).min(255.0) as u8);
         keep(name("shapes"), StoredMap::Bytes(load.shapes.clone()));
         keep(name("edges"), StoredMap::Bytes(steps));
-        let masked = self.masked.as_ref().filter(|_| index > 0).map(|masked| {
+        let masked = self.study.masked.as_ref().filter(|_| index > 0).map(|masked| {
             keep(name("masked"), StoredMap::bytes(masked));
             map_name(&name("masked"))
         });
@@ -650,7 +235,7 @@ impl<'a> Painter<'a> {
             plan.turbulence * (self.request.params.turbulence * self.request.params.freedom()) as f32;
         let [long, short] = [0.035, 0.012].map(|sigma| {
             let stage = format!("load {sigma} {index}");
-            plane(self.request.seed, &stage, self.mount.size, self.mount.cells(sigma))
+            plane(self.request.seed, &stage, self.study.mount.size, self.study.mount.cells(sigma))
         });
         let mut events = vec![
             Event::Moisten {
@@ -662,7 +247,7 @@ impl<'a> Painter<'a> {
         ];
         let mut pigments = Vec::new();
         for k in 0..self.pigments.len() {
-            let mut amounts = Raster::from_fn(self.mount.size[0], self.mount.size[1], |x, y| {
+            let mut amounts = Raster::from_fn(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
                 let uneven = 1.0 + turbulence * (long.at(x, y) + 0.6 * short.at(x, y));
                 let there = f32::from(u8::from(load.shapes.at(x, y) != 0));
                 load.amounts.at(x, y)[k] * uneven.clamp(0.4, 1.7) * there
@@ -718,19 +303,20 @@ impl<'a> Painter<'a> {
     /// Drops of water that fall where nothing is exact, and push the paint aside.
     fn drops(&self) -> Vec<Event> {
         let key = random::key(self.request.seed, random::stage("drops"));
-        let [width, height] = self.mount.size;
+        let [width, height] = self.study.mount.size;
         let mut drops = Vec::new();
         // Places are tried in order; a picture that is exact everywhere gets fewer.
         for at in 0..40 * self.request.params.drops {
             let part = |axis: i64| random::unit_f64(random::at(key, [i64::from(at), axis]));
             let (x, y) = ((part(0) * width as f64) as usize, (part(1) * height as f64) as usize);
-            let is_loose = self.exact.at(x, y) < 0.25
-                && self.bare.at(x, y) == 0
-                && self.distance.at(x, y) < -self.cells(0.03) as f32;
+            let is_loose = self.study.exact.at(x, y) < 0.25
+                && self.study.bare.at(x, y) == 0
+                && self.study.distance.at(x, y) < -self.study.cells(0.03) as f32;
             if is_loose {
-                let center = [x, y].map(|at| (at as f64 + 0.5) / self.mount.cells_per_mm);
-                let radius = self.cells(random::between(random::at(key, [i64::from(at), 2]), 0.008, 0.022));
-                let radius = radius / self.mount.cells_per_mm;
+                let center = [x, y].map(|at| (at as f64 + 0.5) / self.study.mount.cells_per_mm);
+                let radius =
+                    self.study.cells(random::between(random::at(key, [i64::from(at), 2]), 0.008, 0.022));
+                let radius = radius / self.study.mount.cells_per_mm;
                 let area = Area {
                     shape: Shape::Disc { center, radius },
                     soft_mm: 0.3 * radius,
@@ -748,7 +334,7 @@ impl<'a> Painter<'a> {
     }
 
     fn physics(&self, plan: &WashPlan) -> LivingParams {
-        let params = self.params();
+        let params = self.request.params;
         LivingParams {
             edge_darkening: 2.5 * plan.edge_darkening * params.rims,
             evaporation: 0.006,
@@ -773,7 +359,7 @@ fn report(watch: &Watch<'_>, stage: Stage, part: f64) -> Result<(), PhotoError> 
 fn palette<'a>(
     request: &Request<'_>,
     stock: &'a Stock,
-    broad: &Colors,
+    broad: &Raster<[f32; 3]>,
 ) -> Result<Vec<&'a Pigment>, PhotoError> {
     if let Some(names) = request.palette {
         if names.is_empty() || names.len() > MOST {
@@ -823,17 +409,13 @@ fn map_area(file: &str) -> Area {
     Area { shape: Shape::Map(map_name(file)), ..Area::default() }
 }
 
-fn mixed(a: [f32; 3], b: [f32; 3], part: f32) -> [f32; 3] {
-    [0, 1, 2].map(|c| a[c] + part * (b[c] - a[c]))
-}
-
 /// The bare sheet at its cells, ink included.
 fn ground_of(sheet: &PlannedSheet) -> Raster<LinearRgb> {
     let [width, height] = [sheet.height.width(), sheet.height.height()];
     let mut ground = Raster::new(width, height, sheet.ground);
-    let canvas = girtin_painting::area::Canvas::whole(&sheet.height, sheet.cells_per_mm, sheet.seed);
+    let canvas = Canvas::whole(&sheet.height, sheet.cells_per_mm, sheet.seed);
     for (color, area, map) in &sheet.printed {
-        girtin_painting::composite::print(&mut ground, *color, &area.cover(&canvas, map.as_ref()));
+        print(&mut ground, *color, &area.cover(&canvas, map.as_ref()));
     }
     ground
 }
@@ -855,48 +437,4 @@ fn lay_over(glaze: &PaintedGlaze, ground: &mut Raster<LinearRgb>) {
         let rows: Vec<&[f32]> = rows.iter().map(Vec::as_slice).collect();
         glaze_row(paints, &rows, row);
     });
-}
-
-/// The photograph on its sheet, twice as fine as its cells, in Lab: lines are thin.
-fn mount_finer(photo: &Raster<[f32; 3]>, mount: &Mount) -> (Mount, Colors) {
-    let finer = Mount {
-        long_edge: 2.0 * mount.long_edge,
-        cells_per_mm: 2.0 * mount.cells_per_mm,
-        size: mount.size.map(|side| 2 * side),
-        origin: 2 * mount.origin,
-        photo: mount.photo.map(|side| 2 * side),
-        ..mount.clone()
-    };
-    let colors = finer.place(photo).map(lab);
-    (finer, colors)
-}
-
-/// The ink drawing: a hand that wavers and presses unevenly.
-fn ink_map(
-    (mount, lab): &(Mount, Colors),
-    _coarse: &Mount,
-    exact: &Plane,
-    strength: f32,
-    inside: &Plane,
-    seed: u64,
-) -> Plane {
-    let [width, height] = mount.size;
-    let exact = resized_plane(exact, width, height);
-    let inside = resized_plane(inside, width, height);
-    let lines = ink(lab, mount, &exact, strength);
-    let stray = noise::<2>(seed, "ink wobble", mount.size, mount.cells(0.02));
-    let amplitude = mount.cells(0.0012) as f32;
-    let stray = stray.map(|by| by.map(|by| by * amplitude));
-    let lines = warped(&lines.map(|line| [line]), &stray);
-    let pressure = plane(seed, "ink pressure", mount.size, mount.cells(0.02));
-    Raster::from_fn(width, height, |x, y| {
-        let pressure = (0.85 + 0.3 * pressure.at(x, y)).clamp(0.25, 1.0);
-        let there = f32::from(u8::from(inside.at(x, y) > mount.cells(0.002) as f32));
-        (lines.at(x, y)[0] * pressure * there * 0.92).clamp(0.0, 1.0)
-    })
-}
-
-/// A seed's own number, for callers that have none.
-pub fn any_seed(of: &[u8]) -> u64 {
-    of.iter().fold(1, |key, &byte| random::fold(key, u64::from(byte)))
 }

@@ -1,0 +1,307 @@
+//! A wash is planned: what is missing on the sheet as it dried, and how much water and pigment are laid for it.
+
+use girtin_grid::Raster;
+use girtin_grid::blur::{gaussian, gaussian_plane, within};
+use girtin_grid::resize::{resized, resized_plane};
+use girtin_optics::LinearRgb;
+
+use crate::accidents::{noise, plane, smoothstep};
+use crate::lines::{warped, warped_labels};
+use crate::regions::{self, Finding, Regions, cleaned, colored, dilated, regions, voted};
+use crate::separate::{Limits, MOST, Paints, lab, separated};
+use crate::study::{Colors, Plane, Study};
+use crate::tone::{Tones, lifted};
+use crate::washes::WashPlan;
+
+/// Film that dry pores drink, on average: the living wash's pore depth times its mean capacity.
+const DRUNK: f32 = 0.18;
+
+/// A wash ready to be laid.
+pub struct Load {
+    /// Which shape each cell belongs to, 0 for none, and how far inside it its middle is.
+    pub shapes: Raster<u8>,
+    pub edges: Plane,
+    /// Amounts of each pigment.
+    pub amounts: Raster<[f32; MOST]>,
+    /// Film.
+    pub water: Plane,
+    /// Pore water before the brush comes, volumes.
+    pub moist: Plane,
+}
+
+/// The sheet that a wash is planned on.
+#[derive(Clone, Copy, Debug)]
+pub struct Planner<'a> {
+    /// The photograph.
+    pub study: &'a Study<'a>,
+    /// Height of the paper.
+    pub paper: &'a Plane,
+    /// The sheet as it is now.
+    pub current: &'a Raster<LinearRgb>,
+    /// The palette.
+    pub paints: &'a Paints,
+}
+
+impl Planner<'_> {
+    /// Plans a wash on the sheet as it is; `None` if nothing is missing.
+    pub fn plan(&self, plan: &WashPlan, index: usize, lightest: f32) -> Option<Load> {
+        let (params, [width, height]) = (self.study.params, self.study.mount.size);
+        let stage = |name: &str| format!("{name} {index}");
+        let freedom = params.freedom() as f32;
+        let area = self.study.cells(1.0) * self.study.cells(1.0);
+        let source = &self.study.abstractions[(plan.abstraction + 0.5) as usize];
+        let steps = regions::steps(source, self.study.cells(0.008));
+        let walls = regions(
+            source,
+            &steps,
+            &Finding {
+                scale: plan.scale,
+                least_cells: (plan.least_region * params.simplification * area) as usize,
+                rounding: self.study.cells(plan.rounding),
+                least_step: plan.least_step * params.edge_threshold as f32,
+            },
+        );
+        let open = Raster::from_fn(width, height, |x, y| {
+            u8::from(self.study.inside.at(x, y) > 0.0 && self.study.bare.at(x, y) == 0)
+        });
+        let mut wanted = self.wanted(plan, index, lightest);
+        let under = self.seen(&walls, &open);
+        let under_lab = under.map(lab);
+        let even = within(&wanted, &walls, self.study.cells(plan.flat_over));
+        wanted = Raster::from_fn(width, height, |x, y| {
+            let exact = self.study.exact.at(x, y);
+            let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
+            let wanted = mixed(wanted.at(x, y), even.at(x, y), flat);
+            let left = if index > 0 { params.economy as f32 * freedom * (1.0 - exact) } else { 0.0 };
+            mixed(wanted, under_lab.at(x, y), left.min(1.0))
+        });
+        let missing = Raster::from_fn(width, height, |x, y| {
+            let (wanted, under) = (wanted.at(x, y), under_lab.at(x, y));
+            let chroma = libm::hypotf(under[1] - wanted[1], under[2] - wanted[2]);
+            (under[0] - wanted[0]).max(0.0) + 0.35 * chroma
+        });
+        let charge = plan.charge * params.charging as f32 * freedom.min(1.0);
+        if charge > 0.0 {
+            let drift = noise::<2>(
+                self.study.seed,
+                &stage("charging"),
+                self.study.mount.size,
+                self.study.cells(0.05),
+            );
+            for (at, cell) in wanted.as_mut_slice().iter_mut().enumerate() {
+                let exact = self.study.exact.as_slice()[at];
+                let much = charge * (1.0 - 0.85 * exact) * smoothstep(100.0 - cell[0], 3.0, 20.0);
+                cell[1] += much * drift.as_slice()[at][0];
+                cell[2] += much * drift.as_slice()[at][1];
+            }
+        }
+        // One displacement for colors and shapes alike: the slight misregister of glazes.
+        let first = if index == 0 { 1.5 } else { 1.0 };
+        let amplitude = (self.study.cells(0.0020) * params.wobble * first) as f32;
+        let stray =
+            noise::<2>(self.study.seed, &stage("wobble"), self.study.mount.size, self.study.cells(0.025));
+        let stray = Raster::from_fn(width, height, |x, y| {
+            stray.at(x, y).map(|by| by * amplitude * (1.0 - 0.9 * self.study.exact.at(x, y)))
+        });
+        let hardness = self.study.hardness(&steps);
+        let shapes =
+            if index == 0 { open.clone() } else { self.shapes(plan, index, &missing, &walls, &stray, &open) };
+        if shapes.as_slice().iter().all(|&shape| shape == 0) {
+            return None;
+        }
+        let walls = warped_labels(&walls, &stray);
+        let (painted, softness) = self.softened(plan, &shapes, &hardness, &open, index);
+        let numbered = colored(&walls, &painted);
+        let (mut shapes_of, edges) = voted(&numbered, self.study.cells(0.6 * plan.rounding).max(0.8));
+        shapes_of.as_mut_slice().iter_mut().zip(open.as_slice()).for_each(|(shape, open)| *shape *= open);
+        let amounts = self.amounts(plan, &wanted, &under, &shapes, &shapes_of, &stray, &softness, index);
+        let moist = gaussian_plane(&softness, self.study.cells(0.012));
+        let moist = moist.map(|soft| 1.2 * soft * params.wetness.min(1.5) as f32);
+        let water = self.water(plan, &hardness, &moist, index);
+        Some(Load { shapes: shapes_of, edges, amounts, water, moist })
+    }
+
+    /// What a wash is to look like, before the sheet below is looked at.
+    fn wanted(&self, plan: &WashPlan, index: usize, lightest: f32) -> Colors {
+        let tones = Tones::new(self.study.params);
+        let (low, part) = (plan.abstraction as usize, plan.abstraction.fract() as f32);
+        let last = self.study.abstractions.len() - 1;
+        let (a, b) = (&self.study.abstractions[low.min(last)], &self.study.abstractions[(low + 1).min(last)]);
+        let mut wanted = Raster::from_fn(a.width(), a.height(), |x, y| {
+            let (a, b) = (a.at(x, y), b.at(x, y));
+            let color = tones.of([0, 1, 2].map(|c: usize| a[c] + part * (b[c] - a[c])));
+            if plan.level > 0.0 { lifted(color, lightest) } else { color }
+        });
+        let wetness = self.study.params.wetness;
+        let soft = if index == 0 { 0.012 * wetness } else { 0.002 * (wetness - 1.0).max(0.0) };
+        if soft > 0.0 {
+            let blurred = gaussian(&wanted, self.study.cells(soft));
+            let share = if index == 0 { 0.4 } else { 1.0 };
+            let cells = wanted.as_mut_slice().iter_mut().zip(blurred.as_slice());
+            cells.for_each(|(cell, soft)| *cell = mixed(*cell, *soft, share));
+        }
+        wanted
+    }
+
+    /// The sheet as the plan sees it: half blind away from detail, so that it does not repair the accidents of the washes
+    /// below; and never across an edge, or every wash would darken its own border.
+    fn seen(&self, walls: &Regions, open: &Raster<u8>) -> Colors {
+        let current = self.current.map(|color| color.0.map(|channel| channel as f32));
+        let freedom = self.study.params.freedom();
+        let walled = Raster::from_fn(walls.width(), walls.height(), |x, y| {
+            if open.at(x, y) != 0 { walls.at(x, y) } else { u32::MAX }
+        });
+        let blind = within(&current, &walled, self.study.cells(0.007 * freedom));
+        let near = within(&current, &open.map(u32::from), self.study.cells(0.002));
+        Raster::from_fn(walls.width(), walls.height(), |x, y| {
+            mixed(blind.at(x, y), near.at(x, y), self.study.exact.at(x, y))
+        })
+    }
+
+    /// Where a later wash is laid.
+    fn shapes(
+        &self,
+        plan: &WashPlan,
+        index: usize,
+        missing: &Plane,
+        walls: &Regions,
+        stray: &Raster<[f32; 2]>,
+        open: &Raster<u8>,
+    ) -> Raster<u8> {
+        let (params, [width, height]) = (self.study.params, self.study.mount.size);
+        let missing = within(&missing.map(|need| [need]), walls, self.study.cells(plan.need_over));
+        let missing = warped(&missing, stray);
+        let chance =
+            plane(self.study.seed, &format!("shape {index}"), self.study.mount.size, self.study.cells(0.01));
+        let simpler = params.simplification as f32;
+        let border =
+            plane(self.study.seed, &format!("border {index}"), self.study.mount.size, self.study.cells(0.03));
+        let area = (self.study.cells(1.0) * self.study.cells(1.0)) as f32;
+        let is_open = |x: usize, y: usize| {
+            let inside =
+                self.study.inside.at(x, y) + self.study.cells(0.0016) as f32 * (border.at(x, y) - 0.4);
+            open.at(x, y) != 0 && inside > 0.0
+        };
+        let mask = Raster::from_fn(width, height, |x, y| {
+            let exact = self.study.exact.at(x, y);
+            let need = missing.at(x, y)[0] + 0.9 * chance.at(x, y) * (1.0 - 0.8 * exact);
+            u8::from(is_open(x, y) && need > 4.0 - 1.0 * exact + 3.0 * simpler * (1.0 - exact))
+        });
+        let least =
+            self.study.exact.map(|exact| plan.least_shape as f32 * area * simpler * (1.1 - 0.95 * exact));
+        let mask = cleaned(&mask, &least, 0.8);
+        let mask = mask.map(f32::from);
+        let round = gaussian_plane(&mask, self.study.cells(0.8 * plan.need_over));
+        // A dry brush skips over hollows at the edges of its mark, and still touches peaks beside it.
+        let dragged = gaussian_plane(&mask, self.study.cells(0.005));
+        Raster::from_fn(width, height, |x, y| {
+            let dry = (params.drybrush as f32 * self.study.rough.at(x, y)).min(1.0);
+            let touched = dragged.at(x, y) + 0.9 * (self.paper.at(x, y) - 0.5);
+            let there = round.at(x, y) + dry * (touched - round.at(x, y));
+            u8::from(there > 0.5 && is_open(x, y))
+        })
+    }
+
+    /// The shapes, reaching on where the photograph is soft, and how soft that is: paper that is wetted first.
+    fn softened(
+        &self,
+        plan: &WashPlan,
+        shapes: &Raster<u8>,
+        hardness: &Plane,
+        open: &Raster<u8>,
+        index: usize,
+    ) -> (Raster<u8>, Plane) {
+        let wetness = self.study.params.wetness as f32;
+        let soft = Raster::from_fn(shapes.width(), shapes.height(), |x, y| {
+            let hard = smoothstep(hardness.at(x, y) / wetness.max(0.2), 0.15, 0.5);
+            ((1.0 - hard) * (1.0 - 0.8 * self.study.exact.at(x, y))).clamp(0.0, 1.0)
+                * (plan.softness * wetness).min(1.0)
+        });
+        if index == 0 {
+            return (shapes.clone(), soft);
+        }
+        let reach = gaussian_plane(&shapes.map(f32::from), self.study.cells(0.0045 * f64::from(wetness)));
+        let painted = Raster::from_fn(shapes.width(), shapes.height(), |x, y| {
+            let reached = reach.at(x, y) > 0.03 && soft.at(x, y) > 0.3;
+            u8::from(open.at(x, y) != 0 && (shapes.at(x, y) != 0 || reached))
+        });
+        (painted, soft)
+    }
+
+    /// How much of each pigment is laid where.
+    #[expect(clippy::too_many_arguments, reason = "all of them are rasters of one wash's plan")]
+    fn amounts(
+        &self,
+        plan: &WashPlan,
+        wanted: &Colors,
+        under: &Colors,
+        shapes: &Raster<u8>,
+        numbered: &Raster<u8>,
+        stray: &Raster<[f32; 2]>,
+        softness: &Plane,
+        index: usize,
+    ) -> Raster<[f32; MOST]> {
+        let (params, [width, height]) = (self.study.params, self.study.mount.size);
+        let hue = if self.paints.len() == 1 { 0.05 } else { 1.0 };
+        let coarse = Limits { each: plan.most_each, total: 2.6, thrift: 4.0, keeping: 0.0, rounds: 14, hue };
+        let fine = Limits { keeping: 20.0, rounds: 6, ..coarse };
+        let sized = |by: usize| (width.div_ceil(by), height.div_ceil(by));
+        let small = |raster: &Colors, by: usize| resized(raster, sized(by).0, sized(by).1);
+        let first = separated(&self.paints, &small(wanted, 8), &small(under, 8), None, None, &coarse);
+        let by = plan.coarseness;
+        let start = resized(&first, sized(by).0, sized(by).1);
+        let near = dilated(numbered, 2 + self.study.cells(0.006 * params.wobble) as usize);
+        let near =
+            resized_plane(&near.map(f32::from), sized(by).0, sized(by).1).map(|near| u8::from(near > 0.0));
+        let amounts =
+            separated(&self.paints, &small(wanted, by), &small(under, by), Some(&start), Some(&near), &fine);
+        let amounts = warped(&resized(&amounts, width, height), stray);
+        if index == 0 {
+            return amounts;
+        }
+        // Shapes step instead of fading in, except where the photograph is soft.
+        let masked = Raster::from_fn(width, height, |x, y| {
+            let there = f32::from(shapes.at(x, y));
+            let mut cell = [0.0; MOST + 1];
+            cell[..MOST].copy_from_slice(&amounts.at(x, y).map(|amount| amount * there));
+            cell[MOST] = there;
+            cell
+        });
+        let even = within(&masked, numbered, self.study.cells(0.02));
+        let faded = gaussian(&masked, self.study.cells(0.0055 * params.wetness));
+        Raster::from_fn(width, height, |x, y| {
+            let exact = self.study.exact.at(x, y);
+            let (own, even, faded) = (amounts.at(x, y), even.at(x, y), faded.at(x, y));
+            let step = params.stepping as f32 * (1.0 - 0.7 * exact);
+            let soft = softness.at(x, y);
+            let is_shape = shapes.at(x, y) != 0;
+            core::array::from_fn(|k| {
+                let mean = if even[MOST] > 0.01 { even[k] / even[MOST] } else { 0.0 };
+                let own = if is_shape { own[k] } else { mean };
+                let stepped = own + step * (mean - own);
+                stepped + soft * (faded[k] - stepped)
+            })
+        })
+    }
+
+    /// How much water is laid.
+    fn water(&self, plan: &WashPlan, hardness: &Plane, moist: &Plane, index: usize) -> Plane {
+        let params = self.study.params;
+        let uneven =
+            plane(self.study.seed, &format!("water {index}"), self.study.mount.size, self.study.cells(0.03));
+        let much = 0.3 * params.turbulence as f32;
+        Raster::from_fn(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
+            let film = plan.film * params.wetness.clamp(0.4, 1.6) as f32;
+            // Where nothing is hard, less water stands; detail is painted with a nearly dry brush.
+            let hard = 0.7 + 0.3 * hardness.at(x, y);
+            let exact = 1.0 - 0.45 * self.study.exact.at(x, y);
+            // Dry pores drink first; what they take must not be missing beside damp paper, or water runs there and back.
+            let drunk = DRUNK * (1.0 - moist.at(x, y)).max(0.0);
+            (film * hard * exact * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)
+        })
+    }
+}
+
+fn mixed(a: [f32; 3], b: [f32; 3], part: f32) -> [f32; 3] {
+    [0, 1, 2].map(|c| a[c] + part * (b[c] - a[c]))
+}

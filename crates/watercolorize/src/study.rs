@@ -1,0 +1,220 @@
+//! The photograph as a painter looks at it before the first wash.
+
+use girtin_grid::Raster;
+use girtin_grid::blur::{gaussian, gaussian_plane};
+use girtin_grid::resize::resized_plane;
+
+use crate::abstraction::abstracted;
+use crate::accidents::{noise, plane, smoothstep};
+use crate::attention::{attention, quantile};
+use crate::lines::{ink, light_lines, warped};
+use crate::mount::Mount;
+use crate::painter::Request;
+use crate::regions::{self, Finding, cleaned, regions, voted};
+use crate::separate::lab;
+use crate::settings::PhotoParams;
+
+/// Rasters of the sheet's cells.
+pub type Plane = Raster<f32>;
+/// Lab or linear colors of the sheet's cells.
+pub type Colors = Raster<[f32; 3]>;
+
+/// What is known of the photograph, a value for each cell of the sheet.
+#[derive(Debug)]
+pub struct Study<'a> {
+    /// How it is painted.
+    pub params: &'a PhotoParams,
+    /// Seed of all accidents.
+    pub seed: u64,
+    /// Where it lies on the sheet.
+    pub mount: Mount,
+    /// The photograph in Lab, abstracted, broadest first.
+    pub abstractions: Vec<Colors>,
+    /// How exactly each cell is drawn, with the parameter in it; 0 to 1.
+    pub exact: Plane,
+    /// How rough the photograph is, 0 to 1.
+    pub rough: Plane,
+    /// How far inside the painting's border each cell is, cells.
+    pub inside: Plane,
+    /// Distance from the photograph's border, negative inside, cells.
+    pub distance: Plane,
+    /// What stays bare: 1.
+    pub bare: Raster<u8>,
+    /// Masking fluid on thin light lines.
+    pub masked: Option<Plane>,
+}
+
+impl<'a> Study<'a> {
+    /// Looks at the photograph on its sheet; `paper` is the sheet's height.
+    pub fn new(request: &Request<'a>, mount: Mount, paper: &Plane) -> Self {
+        let params = request.params;
+        let photo = mount.place(request.photo).map(lab);
+        let exact = match request.detail_map {
+            Some(map) => mount.place(&map.map(|value| [value])).map(|[value]| value),
+            None => attention(&photo, &mount),
+        };
+        let exact = exact.map(|exact| (exact * params.detail as f32).clamp(0.0, 1.0));
+        let simpler = mount.cells(params.simplification);
+        let radius = exact.map(|exact| {
+            let exact = f64::from(exact);
+            (simpler * (0.013 * (1.0 - exact) + 0.0022 * exact)) as f32
+        });
+        let times = |by: f32| radius.map(|radius| radius * by);
+        let broad = abstracted(&photo, &radius);
+        let rough = roughness(&photo, &broad, &exact, &mount);
+        let masked = (params.detail > 0.0).then(|| light_lines(&photo, &mount, &exact));
+        let inside = mount.painted(&request.mounting, params.vignette as f32, paper, request.seed);
+        let mut study = Self {
+            params,
+            seed: request.seed,
+            abstractions: vec![
+                abstracted(&broad, &times(2.0)),
+                broad,
+                abstracted(&photo, &times(0.5)),
+                abstracted(&photo, &times(0.28)),
+            ],
+            distance: mount.distance(),
+            bare: Raster::new(mount.size[0], mount.size[1], 0),
+            exact,
+            rough,
+            inside,
+            masked,
+            mount,
+        };
+        study.bare = study.reserves(request.reserve);
+        study
+    }
+
+    /// Cells of a part of the long edge.
+    pub fn cells(&self, part: f64) -> f64 {
+        self.mount.cells(part)
+    }
+
+    /// Cells of a part of the long edge's square.
+    pub fn area(&self, part: f64) -> f64 {
+        part * self.cells(1.0) * self.cells(1.0)
+    }
+
+    /// The lightness that a part of the photograph is darker than.
+    pub fn lightness(&self, part: f64) -> f32 {
+        let cells = self.abstractions[1].as_slice().iter().zip(self.distance.as_slice());
+        quantile(cells.filter(|(_, distance)| **distance < 0.0).map(|(lab, _)| lab[0]), part)
+    }
+
+    /// White that stays paper: only where most of its edge is hard, so that pale skies fade to paper instead of ending in a
+    /// curve; slivers between shapes; and what the caller reserves.
+    fn reserves(&self, reserve: Option<&Plane>) -> Raster<u8> {
+        let [width, height] = self.mount.size;
+        let broad = &self.abstractions[1];
+        let white = broad.map(|[l, a, b]| f32::from(u8::from(l > 94.0 && libm::hypotf(a, b) < 7.0)));
+        let white = gaussian_plane(&white, self.cells(0.003)).map(|white| u8::from(white > 0.5));
+        let least = Raster::new(width, height, self.area(1.5e-4) as f32);
+        let mut bare = cleaned(&white, &least, 2.0);
+        let steps = regions::steps(broad, self.cells(0.008));
+        let pieces = regions::connected(&bare);
+        let count = pieces.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
+        let mut rims = vec![[0u32; 2]; count];
+        for y in 1..height.saturating_sub(1) {
+            for x in 1..width.saturating_sub(1) {
+                let around = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
+                if bare.at(x, y) != 0
+                    && self.distance.at(x, y) < 0.0
+                    && around.iter().any(|&(x, y)| bare.at(x, y) == 0)
+                {
+                    let rim = &mut rims[pieces.at(x, y) as usize];
+                    rim[0] += 1;
+                    rim[1] += u32::from(steps.at(x, y) < 16.0);
+                }
+            }
+        }
+        for (cell, &piece) in bare.as_mut_slice().iter_mut().zip(pieces.as_slice()) {
+            let [all, soft] = rims[piece as usize];
+            *cell &= u8::from(f64::from(soft) <= 0.35 * f64::from(all.max(1)));
+        }
+        let slivers = self.slivers(&steps);
+        bare.as_mut_slice().iter_mut().zip(slivers.as_slice()).for_each(|(bare, sliver)| *bare |= sliver);
+        if let Some(reserve) = reserve {
+            let reserve = self.mount.place(&reserve.map(|value| [value]));
+            let cells = bare.as_mut_slice().iter_mut().zip(reserve.as_slice());
+            cells.for_each(|(bare, [reserve])| *bare |= u8::from(*reserve >= 0.5));
+        }
+        bare
+    }
+
+    /// Slivers of paper left between shapes, few, where edges are hard and light and nothing is exact.
+    fn slivers(&self, steps: &Plane) -> Raster<u8> {
+        let [width, height] = self.mount.size;
+        let much = self.params.slivers as f32;
+        if much <= 0.0 {
+            return Raster::new(width, height, 0);
+        }
+        let finding = Finding {
+            scale: 196.0,
+            least_cells: self.area(8e-4) as usize,
+            rounding: self.cells(0.004),
+            least_step: 26.0,
+        };
+        let (_, edges) = voted(&regions(&self.abstractions[1], steps, &finding), self.cells(0.002));
+        let chance = plane(self.seed, "slivers", self.mount.size, self.cells(0.03));
+        let light = gaussian(&self.abstractions[1], self.cells(0.004));
+        let loose = gaussian_plane(&self.exact, self.cells(0.01));
+        let reach = self.cells(0.0022) as f32 * much;
+        let there = Raster::from_fn(width, height, |x, y| {
+            let chance = (chance.at(x, y) - 0.9).clamp(0.0, 1.2);
+            let loose = smoothstep(-loose.at(x, y), -0.4, -0.08);
+            let is_light = light.at(x, y)[0] > 45.0 && self.distance.at(x, y) < -self.cells(0.02) as f32;
+            u8::from(is_light && edges.at(x, y) < reach * chance * loose)
+        });
+        let area = self.area(6e-5) as f32;
+        cleaned(&there, &Raster::new(width, height, area), 0.0)
+    }
+
+    /// How hard the photograph's edges are around each cell, 0 to 1.
+    pub fn hardness(&self, steps: &Plane) -> Plane {
+        let threshold = self.params.edge_threshold as f32;
+        let hard = gaussian_plane(steps, 1.0).map(|step| smoothstep(step, 8.0 * threshold, 26.0 * threshold));
+        // Spread, so that both sides of an edge know it.
+        let wide = gaussian_plane(&hard, self.cells(0.004));
+        wide.map(|hard| (2.6 * hard).min(1.0))
+    }
+
+    /// The ink drawing of the photograph, twice as fine as the sheet's cells, as lines are thin; by a hand that wavers and
+    /// presses unevenly.
+    pub fn ink(&self, photo: &Colors) -> Plane {
+        let coarse = &self.mount;
+        let mount = Mount {
+            long_edge: 2.0 * coarse.long_edge,
+            cells_per_mm: 2.0 * coarse.cells_per_mm,
+            size: coarse.size.map(|side| 2 * side),
+            origin: 2 * coarse.origin,
+            photo: coarse.photo.map(|side| 2 * side),
+            ..coarse.clone()
+        };
+        let [width, height] = mount.size;
+        let exact = resized_plane(&self.exact, width, height);
+        let inside = resized_plane(&self.inside, width, height);
+        let lines = ink(&mount.place(photo).map(lab), &mount, &exact, self.params.ink as f32);
+        let amplitude = mount.cells(0.0012) as f32;
+        let stray = noise::<2>(self.seed, "ink wobble", mount.size, mount.cells(0.02));
+        let lines = warped(&lines.map(|line| [line]), &stray.map(|by| by.map(|by| by * amplitude)));
+        let pressure = plane(self.seed, "ink pressure", mount.size, mount.cells(0.02));
+        Raster::from_fn(width, height, |x, y| {
+            let pressure = (0.85 + 0.3 * pressure.at(x, y)).clamp(0.25, 1.0);
+            let there = f32::from(u8::from(inside.at(x, y) > coarse.cells(0.002) as f32));
+            (lines.at(x, y)[0] * pressure * there * 0.92).clamp(0.0, 1.0)
+        })
+    }
+}
+
+/// Where the photograph is rough, and nothing exact: rock, foliage, rippled water. 0 to 1.
+fn roughness(fine: &Colors, broad: &Colors, exact: &Plane, mount: &Mount) -> Plane {
+    let texture = Raster::from_fn(fine.width(), fine.height(), |x, y| {
+        let off = fine.at(x, y)[0] - broad.at(x, y)[0];
+        off * off
+    });
+    let texture = gaussian_plane(&texture, mount.cells(0.012));
+    Raster::from_fn(fine.width(), fine.height(), |x, y| {
+        let rough = smoothstep(texture.at(x, y).max(0.0).sqrt(), 2.0, 7.0);
+        rough * (1.0 - 0.9 * exact.at(x, y))
+    })
+}
