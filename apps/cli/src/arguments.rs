@@ -6,7 +6,7 @@ use clap::builder::PossibleValue;
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use girtin::optics::{Library, LinearRgb, Pigment, Srgb, UnknownPigment};
 use girtin::painting::WaterDetail;
-use girtin::painting::picture::PngMeta;
+use girtin::painting::picture::PictureMeta;
 use girtin::params::row::Parameters;
 use girtin::params::{Row, Value};
 use girtin::wash::{C97Params, Capillary, LivingParams, WashModel};
@@ -86,13 +86,13 @@ pub struct PictureArgs {
 
 impl PictureArgs {
     /// The words for a picture: its maker, and what else there is to say.
-    pub fn meta(self, pixels_per_mm: Option<f64>, words: &[(&str, String)]) -> PngMeta {
+    pub fn meta(self, pixels_per_mm: Option<f64>, words: &[(&str, String)]) -> PictureMeta {
         let mut text = Vec::new();
         if !self.strip {
             text.push(("Software".to_owned(), SOFTWARE.to_owned()));
             text.extend(words.iter().map(|(keyword, word)| ((*keyword).to_owned(), word.clone())));
         }
-        PngMeta { pixels_per_mm, text }
+        PictureMeta { pixels_per_mm, text }
     }
 }
 

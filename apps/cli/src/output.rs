@@ -227,10 +227,10 @@ impl From<io::Error> for WriteFault {
     }
 }
 
-impl From<girtin::painting::picture::PngError> for WriteFault {
-    fn from(error: girtin::painting::picture::PngError) -> Self {
+impl From<girtin::painting::picture::WriteError> for WriteFault {
+    fn from(error: girtin::painting::picture::WriteError) -> Self {
         match error {
-            girtin::painting::picture::PngError::Write(error) => Self::Medium(error),
+            girtin::painting::picture::WriteError::Write(error) => Self::Medium(error),
             other => Self::Content(other.to_string()),
         }
     }

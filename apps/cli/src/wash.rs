@@ -1,5 +1,6 @@
 //! `girtin wash`: runs one wash from a state file.
 
+use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -7,7 +8,7 @@ use std::time::Instant;
 use girtin::grid::memory::probe;
 use girtin::grid::{Layout, Raster};
 use girtin::optics::{Coefficients, LinearRgb, Pigment};
-use girtin::painting::picture::{read_color, write_png};
+use girtin::painting::picture::{read_photo, write_png};
 use girtin::painting::state_file::{self, Limits, StateFileError};
 use girtin::painting::{WashSettings, composite, handling_of, memory};
 use girtin::params::Place;
@@ -265,7 +266,9 @@ fn ground(over: &Ground, layout: Layout, is_painted: bool) -> Result<Option<Rast
     }
     let Ground::Picture(path) = over else { return Ok(None) };
     let name = input::name_of(path);
-    let picture = input::picture(path, read_color)?;
+    let ending = path.extension().and_then(OsStr::to_str);
+    let read = |reader, limits: &_| read_photo(reader, ending, limits, LinearRgb::WHITE);
+    let picture = input::picture(path, read)?.pixels.map(|light| LinearRgb(light.map(f64::from)));
     if (picture.width(), picture.height()) != (width, height) {
         let found = format!("{} × {} pixels", picture.width(), picture.height());
         return Err(Failure::input(format!("{name} has {found}, the wash {width} × {height} cells"))

@@ -5,7 +5,7 @@ use std::path::Path;
 use girtin::grid::{Field, Raster};
 use girtin::optics::{Layer, LinearRgb};
 use girtin::painting::gallery::{EFFECTS, Example, LIVING, SWATCHES};
-use girtin::painting::picture::{PngMeta, write_png};
+use girtin::painting::picture::{PictureMeta, write_png};
 use girtin::painting::{Document, MapChest, PaintConfig, Painted, Stock, composite, handling_of};
 use girtin::wash::{C97Params, Patch, PigmentHandling, RunConfig, Wash, WashModel, WashState};
 
@@ -272,7 +272,7 @@ fn the_gallery_looks_as_it_did() {
         let path = folder.join(format!("{model}{}.png", example.name));
         if writing {
             let file = std::fs::File::create(&path).unwrap();
-            write_png(file, &picture, &PngMeta::default()).unwrap();
+            write_png(file, &picture, &PictureMeta::default()).unwrap();
             continue;
         }
         let mut decoder = png::Decoder::new(std::io::BufReader::new(std::fs::File::open(&path).unwrap()))
@@ -299,7 +299,7 @@ fn the_gallery_looks_as_it_did() {
                 }
             });
             let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}.png", example.name));
-            write_png(std::fs::File::create(path).unwrap(), &sides, &PngMeta::default()).unwrap();
+            write_png(std::fs::File::create(path).unwrap(), &sides, &PictureMeta::default()).unwrap();
         }
     }
     assert!(!writing, "goldens written: look at them, then run the tests without GIRTIN_WRITE_GOLDENS");

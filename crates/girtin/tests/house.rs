@@ -35,12 +35,17 @@ const HOUSE: [(&str, &[&str]); 9] = [
 const MAY_KNOW_FILES: [&str; 3] = ["girtin-painting", "girtin", "girtin-cli"];
 
 /// Codecs, servers, graphics drivers and command lines, which the lower rooms must not know.
-const HEAVY: [&str; 14] = [
+const HEAVY: [&str; 19] = [
     "image",
     "png",
     "zip",
     "exr",
     "tiff",
+    "gif",
+    "zune-core",
+    "zune-jpeg",
+    "moxcms",
+    "kamadak-exif",
     "gltf",
     "wgpu",
     "axum",

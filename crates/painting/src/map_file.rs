@@ -94,7 +94,7 @@ mod tests {
     use zip::write::SimpleFileOptions;
 
     use super::*;
-    use crate::picture::{PngMeta, write_grey_png};
+    use crate::picture::{PictureMeta, write_grey_png};
 
     fn npz(arrays: &[(&str, Vec<u8>)]) -> Vec<u8> {
         let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
@@ -123,7 +123,7 @@ mod tests {
     fn a_picture_and_an_array_are_the_same_map() {
         let mut png = Vec::new();
         let grey = Raster::from_fn(3, 2, |x, y| (100 * x + 20 * y) as u8);
-        write_grey_png(&mut png, &grey, &PngMeta::default()).unwrap();
+        write_grey_png(&mut png, &grey, &PictureMeta::default()).unwrap();
         let wanted = grey.map(|grey| f32::from(grey) / 255.0);
         assert_eq!(read(&png).unwrap(), wanted);
         let npz = npz(&[("map.npy", array("<f4", &[2, 3], &floats(wanted.as_slice())))]);
