@@ -9,7 +9,8 @@
 //! - [`memory`]: how much memory it will take;
 //! - [`paint`]: every glaze is simulated; [`dried`]: what it left, cell by cell;
 //! - [`develop`]: the picture, at its own resolution; [`composite`]: pigment becomes color;
-//! - files: [`state_file`], a wash's state as NumPy reads it; [`map_file`]; [`picture`], pictures in and out.
+//! - files: [`state_file`], a wash's state as NumPy reads it; [`map_file`]; [`picture`], pictures in and out; [`ora`],
+//!   glazes as layers; [`film`], a painting as it grows.
 #![forbid(unsafe_code)]
 
 pub mod document;
@@ -25,9 +26,12 @@ pub mod dried;
 pub mod develop;
 pub mod composite;
 
+mod archive;
 pub mod state_file;
 pub mod map_file;
 pub mod picture;
+pub mod ora;
+pub mod film;
 
 pub use develop::Development;
 pub use document::{Document, Stock};

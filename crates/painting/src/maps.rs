@@ -81,7 +81,7 @@ mod tests {
     use std::io::Cursor;
 
     use super::*;
-    use crate::picture::{PictureLimits, PngMeta, read_grey, write_grey_png, write_grey_png_16};
+    use crate::picture::{PictureLimits, PictureMeta, read_grey, write_grey_png, write_grey_png_16};
 
     #[test]
     fn a_map_in_memory_is_what_its_file_would_be() {
@@ -90,8 +90,8 @@ mod tests {
         for map in [words, bytes] {
             let mut file = Vec::new();
             match &map {
-                StoredMap::Words(raster) => write_grey_png_16(&mut file, raster, &PngMeta::default()),
-                StoredMap::Bytes(raster) => write_grey_png(&mut file, raster, &PngMeta::default()),
+                StoredMap::Words(raster) => write_grey_png_16(&mut file, raster, &PictureMeta::default()),
+                StoredMap::Bytes(raster) => write_grey_png(&mut file, raster, &PictureMeta::default()),
             }
             .unwrap();
             assert_eq!(read_grey(Cursor::new(file), &PictureLimits::default()).unwrap(), map.amounts());

@@ -20,7 +20,9 @@ mod tiff_file;
 mod write;
 
 pub use limits::{PictureError, PictureLimits};
+pub(crate) use meta::sides;
 pub use meta::{PictureMeta, WriteError};
+pub(crate) use png_file::{encoder, write_png_rgba};
 pub use png_file::{write_grey_png, write_grey_png_16, write_png};
 pub use read::{Photo, read_grey, read_photo};
 pub use write::{PictureFormat, Rows, write_picture};

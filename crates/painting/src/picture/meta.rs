@@ -48,9 +48,9 @@ pub enum WriteError {
         /// The resolution.
         pixels_per_mm: f64,
     },
-    /// A film has another number of frames, or frames of another size, than were announced.
-    #[error("the film has {found}, not {wanted}")]
-    Film {
+    /// A film's frame or a layer has another size than was announced, or a film another number of frames.
+    #[error("there are {found}, not {wanted}")]
+    Parts {
         /// What came.
         found: String,
         /// What was announced.

@@ -5,9 +5,9 @@ use std::slice::from_ref;
 
 use girtin_grid::{Field, Layout};
 use girtin_wash::{StateError, WashState};
-use zip::result::ZipError;
-use zip::write::SimpleFileOptions;
-use zip::{CompressionMethod, DateTime, System, ZipWriter};
+use zip::ZipWriter;
+
+use crate::archive::{self, Guarded};
 
 use super::{Key, LedgerKey, StateFileError, npy};
 
@@ -20,12 +20,8 @@ const BUFFER: usize = 256 << 10;
 /// The state would be refused on reading, or the writer fails. On failure the file is not complete.
 pub fn write(state: &WashState, writer: impl Write) -> Result<(), StateFileError> {
     check(state)?;
-    let stream = Stream { inner: BufWriter::with_capacity(BUFFER, writer), failed: false };
-    let mut zip = ZipWriter::new_stream(stream);
-    let packed = |error| match error {
-        ZipError::Io(error) => StateFileError::Write(error),
-        other => StateFileError::Write(io::Error::other(other)),
-    };
+    let mut zip = ZipWriter::new_stream(Guarded::new(BufWriter::with_capacity(BUFFER, writer)));
+    let packed = |error| StateFileError::Write(archive::fault(error));
     let layout = state.layout();
     let pigments = state.suspended.len();
     for key in Key::ALL {
@@ -38,7 +34,7 @@ pub fn write(state: &WashState, writer: impl Write) -> Result<(), StateFileError
         let header = npy::header(descr, shape);
         let values = shape.iter().map(|&axis| axis as u64).product::<u64>();
         let bytes = header.len() as u64 + value_bytes * values;
-        zip.start_file(format!("{}.npy", key.name()), options(bytes)).map_err(packed)?;
+        zip.start_file(format!("{}.npy", key.name()), archive::stored(bytes)).map_err(packed)?;
         zip.write_all(&header)
             .and_then(|()| match key {
                 Key::WetMask => {
@@ -58,7 +54,7 @@ pub fn write(state: &WashState, writer: impl Write) -> Result<(), StateFileError
         for key in LedgerKey::ALL {
             let header = npy::header("<f8", &[]);
             let number = key.of(&mut ledger).to_le_bytes();
-            zip.start_file(format!("{}.npy", key.name()), options(header.len() as u64 + 8))
+            zip.start_file(format!("{}.npy", key.name()), archive::stored(header.len() as u64 + 8))
                 .map_err(packed)?;
             zip.write_all(&header).and_then(|()| zip.write_all(&number)).map_err(StateFileError::Write)?;
         }
@@ -78,17 +74,6 @@ fn check(state: &WashState) -> Result<(), StateFileError> {
         return Err(StateFileError::Pigments { suspended, deposited });
     }
     state.check().map_err(|error: StateError| error.into())
-}
-
-/// Stored: a wash's numbers hardly pack, and deflating them takes longer than a step. Time, rights and system are
-/// fixed, so that only the state decides the bytes.
-fn options(bytes: u64) -> SimpleFileOptions {
-    SimpleFileOptions::default()
-        .compression_method(CompressionMethod::Stored)
-        .last_modified_time(DateTime::default())
-        .unix_permissions(0o644)
-        .system(System::Unix)
-        .large_file(bytes >= u64::from(u32::MAX))
 }
 
 fn write_floats(writer: &mut impl Write, fields: &[Field<f32>], shape: [usize; 2]) -> io::Result<()> {
@@ -116,31 +101,4 @@ fn write_rows<T: Copy, const N: usize>(
         }
     }
     writer.write_all(&bytes)
-}
-
-/// A writer that reports its first failure and then swallows everything.
-///
-/// An archive that is dropped before its end writes that end, and complains on standard error if it cannot: no
-/// business of a library's.
-struct Stream<W> {
-    inner: W,
-    failed: bool,
-}
-
-impl<W: Write> Write for Stream<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        if self.failed {
-            return Ok(bytes.len());
-        }
-        let result = match self.inner.write(bytes) {
-            Ok(0) if !bytes.is_empty() => Err(io::ErrorKind::WriteZero.into()),
-            result => result,
-        };
-        self.failed = matches!(&result, Err(error) if error.kind() != io::ErrorKind::Interrupted);
-        result
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        if self.failed { Ok(()) } else { self.inner.flush() }
-    }
 }
