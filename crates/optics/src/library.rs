@@ -320,6 +320,14 @@ mod tests {
     }
 
     #[test]
+    fn every_pigment_is_written_as_it_is_met() {
+        for pigment in &Library::builtin() {
+            let again = Pigment::from_toml("again.toml", &pigment.to_toml()).unwrap();
+            assert_eq!(again, Pigment { published: None, ..pigment.clone() });
+        }
+    }
+
+    #[test]
     fn own_pigments_are_added_or_replace() {
         let library = Library::builtin();
         let count = library.iter().count();

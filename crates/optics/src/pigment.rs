@@ -3,6 +3,7 @@
 use core::fmt;
 
 use girtin_params::read::Fault;
+use girtin_params::write::{Node, Tree};
 use girtin_params::{Problem, Table, parse};
 
 use crate::color::Srgb;
@@ -134,6 +135,28 @@ impl Pigment {
         let handling = Handling::read(table)?;
         let (coefficients, published) = read_optics(table)?;
         Ok(Self { id, label, color_index, aliases, character, source, coefficients, published, handling })
+    }
+
+    /// The pigment as a file of its own. Its optics are the K and S that light meets, exactly, whichever way they were
+    /// once given: a painting that keeps them looks the same even if the ways are read otherwise one day.
+    pub fn to_toml(&self) -> String {
+        let aliases: Vec<&str> = self.aliases.iter().map(String::as_str).collect();
+        let words = self.character.iter().map(|word| Node::Text(word.to_string()));
+        let Handling { density, staining_power, granulation } = self.handling;
+        let Coefficients { absorption, scattering } = self.coefficients;
+        let linear = Tree::new().with("absorption", absorption).with("scattering", scattering);
+        Tree::new()
+            .with("id", self.id.as_str())
+            .with("label", self.label.as_str())
+            .with("color_index", self.color_index.as_str())
+            .with("aliases", aliases)
+            .with("character", Node::List(words.collect()))
+            .with("source", self.source.as_str())
+            .with("density", density)
+            .with("staining_power", staining_power)
+            .with("granulation", granulation)
+            .with("linear", Node::Section(linear))
+            .to_toml()
     }
 
     /// Whether painters say so of it.

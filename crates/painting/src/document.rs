@@ -35,11 +35,13 @@
 use girtin_optics::{Library, LinearRgb, Srgb};
 use girtin_paper::Papers;
 use girtin_params::read::Fault;
-use girtin_params::{Place, Problem, Table, parse};
+use girtin_params::{Place, Problem, Table, parse, parse_json};
 use girtin_wash::{Ledger, WashModel};
 
-use crate::area::Area;
+use crate::area::{Area, Shape};
 use crate::wash_settings::read_model;
+
+mod write;
 
 /// Version of the format that this library writes about and reads.
 pub const FORMAT: u32 = 1;
@@ -131,13 +133,19 @@ pub struct Outline {
     pub masked: Option<MapName>,
 }
 
-/// A map as a document names it.
-#[derive(Clone, Debug, PartialEq)]
+/// A map as a document names it. Two are equal if the names are, wherever in their files they stand.
+#[derive(Clone, Debug, Default)]
 pub struct MapName {
     /// Name of the file.
     pub file: String,
     /// Where the document names it.
     pub place: Place,
+}
+
+impl PartialEq for MapName {
+    fn eq(&self, other: &Self) -> bool {
+        self.file == other.file
+    }
 }
 
 /// One thing a painter does, or lets happen.
@@ -228,6 +236,34 @@ pub struct Feed {
     pub level: f64,
 }
 
+impl Event {
+    /// Where it is done, or water is fed.
+    fn area_mut(&mut self) -> Option<&mut Area> {
+        match self {
+            Self::Wet { area }
+            | Self::Water { area, .. }
+            | Self::Pigment { area, .. }
+            | Self::Brush { area, .. }
+            | Self::Moisten { area, .. }
+            | Self::Blot { area, .. }
+            | Self::Lift { area, .. } => Some(area),
+            Self::Dry { area, .. } => area.as_mut(),
+            Self::Run { feed, .. } => feed.as_mut().map(|feed| &mut feed.area),
+            Self::Tilt { .. } => None,
+        }
+    }
+}
+
+impl Area {
+    /// The map that it is, if it is one.
+    fn map_name_mut(&mut self) -> Option<&mut MapName> {
+        match &mut self.shape {
+            Shape::Map(name) => Some(name),
+            _ => None,
+        }
+    }
+}
+
 impl Glaze {
     /// Steps of all its runs.
     pub fn steps(&self) -> u64 {
@@ -246,6 +282,27 @@ impl Document {
     /// The text is not TOML, a key or name is unknown, or a value not allowed.
     pub fn from_toml(origin: &str, text: &str, stock: &Stock) -> Result<Self, Problem> {
         parse(origin, text, |table| read_document(table, stock))
+    }
+
+    /// Reads a document that is JSON, with the same keys.
+    ///
+    /// # Errors
+    /// As [`Document::from_toml`].
+    pub fn from_json(origin: &str, text: &str, stock: &Stock) -> Result<Self, Problem> {
+        parse_json(origin, text, |table| read_document(table, stock))
+    }
+
+    /// Every map that the document names, as often as it does, in its order.
+    pub fn map_names_mut(&mut self) -> impl Iterator<Item = &mut MapName> {
+        let printed = self.sheet.printed.iter_mut().filter_map(|(_, area)| area.map_name_mut());
+        printed.chain(self.glazes.iter_mut().flat_map(|glaze| {
+            let outline = glaze.outline.iter_mut();
+            let outline = outline.flat_map(|outline| {
+                [Some(&mut outline.regions), outline.edges.as_mut(), outline.masked.as_mut()]
+            });
+            let areas = glaze.events.iter_mut().filter_map(Event::area_mut);
+            outline.flatten().chain(areas.filter_map(Area::map_name_mut))
+        }))
     }
 
     /// Steps of all glazes.
@@ -311,7 +368,7 @@ fn read_sheet(table: &Table<'_>, stock: &Stock) -> Result<SheetSettings, Fault> 
         relief_mm: table.real("relief", 0.0..=1.0)?.unwrap_or(0.0),
         size_mm,
         paper: paper.id.clone(),
-        seed: table.count("seed", 0..=u32::MAX)?.map_or(0, u64::from),
+        seed: table.whole("seed")?.unwrap_or(0),
         ground: read_color(table, "ground")?.unwrap_or(LinearRgb::WHITE),
         printed: printed.unwrap_or_default(),
         pixels_per_mm: table.real("pixels_per_mm", 0.01..=100.0)?.unwrap_or(4.0),
@@ -319,7 +376,17 @@ fn read_sheet(table: &Table<'_>, stock: &Stock) -> Result<SheetSettings, Fault> 
     })
 }
 
+/// A color, `#rrggbb`, or `{ linear = [r, g, b] }` where that is not exact.
 fn read_color(table: &Table<'_>, key: &str) -> Result<Option<LinearRgb>, Fault> {
+    if table.is_table(key) {
+        let linear = table.table(key, |color| {
+            let hint = "give `linear = [r, g, b]`, amounts of light from 0 to 1";
+            color
+                .reals::<3>("linear", 0.0..=1.0)?
+                .ok_or_else(|| color.fault("linear", "a color lacks `linear`").hint(hint))
+        })?;
+        return Ok(linear.map(LinearRgb));
+    }
     let Some(text) = table.text(key)? else { return Ok(None) };
     let color: Result<Srgb, _> = text.parse();
     let wrong = |_| table.fault(key, format!("`{text}` is no color")).hint("write `#rrggbb`");
@@ -455,93 +522,4 @@ fn read_event(table: &Table<'_>, pigments: usize) -> Result<Event, Fault> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    fn read(text: &str) -> Result<Document, Problem> {
-        Document::from_toml("test.toml", text, &Stock::builtin())
-    }
-
-    const SHEET: &str = "format = 1\n[sheet]\nsize = [30, 20]\n";
-
-    #[test]
-    fn names_become_ids_and_unknown_ones_get_the_nearest() {
-        let glaze = |pigment: &str| read(&format!("{SHEET}[[glaze]]\npigments = ['{pigment}']\n"));
-        assert_eq!(glaze("French Ultramarine").unwrap().glazes[0].pigments, ["french-ultramarine"]);
-        let problem = glaze("french-ultramarin").unwrap_err();
-        assert_eq!(problem.line, 5);
-        assert!(problem.hint.unwrap().contains("french-ultramarine"));
-        let problem = read("format = 1\n[sheet]\nsize = [3, 2]\npaper = 'cold-pres'\n").unwrap_err();
-        assert!(problem.hint.unwrap().contains("cold-press"));
-    }
-
-    #[test]
-    fn what_a_file_lacks_is_said() {
-        for (text, message) in [
-            ("", "the file lacks `format`"),
-            ("format = 2", "format 2 is not known"),
-            ("format = 1", "the file lacks `[sheet]`"),
-            ("format = 1\n[sheet]", "`sheet` lacks `size`"),
-            (&format!("{SHEET}[[glaze]]\n[[glaze.events]]\n"), "an event lacks `do`"),
-            (&format!("{SHEET}[[glaze]]\n[[glaze.events]]\ndo = 'run'\n"), "`run` lacks `steps`"),
-            (
-                &format!(
-                    "{SHEET}[[glaze]]\npigments = ['PB60']\n[[glaze.events]]\ndo = 'pigment'\namounts = []\n"
-                ),
-                "`amounts` has 0 numbers for 1 pigments",
-            ),
-        ] {
-            assert_eq!(read(text).unwrap_err().message, message);
-        }
-    }
-
-    #[test]
-    fn events_of_the_living_wash_are_no_c97_glaze_s() {
-        for event in ["do = 'tilt'\ndegrees = 20\n", "do = 'run'\nsteps = 3\nuntil = 'dry'\n"] {
-            let glaze = |model: &str| {
-                read(&format!("{SHEET}[[glaze]]\n[glaze.wash]\nmodel = '{model}'\n[[glaze.events]]\n{event}"))
-            };
-            assert!(glaze("living").is_ok());
-            assert!(glaze("c97").unwrap_err().message.contains("of the living wash"));
-        }
-        let dry =
-            "[[glaze]]\n[[glaze.events]]\ndo = 'dry'\ndamp = [0.1, 0]\narea = { shape = 'everywhere' }\n";
-        assert_eq!(read(&format!("{SHEET}{dry}")).unwrap_err().message, "`dry` has an `area` and `damp`");
-    }
-
-    #[test]
-    fn a_brush_lays_less_water_along_its_edge_but_as_much_pigment() {
-        use crate::area::Canvas;
-        let area =
-            Area { shape: crate::area::Shape::Disc { center: [5.0, 5.0], radius: 3.0 }, ..Area::default() };
-        let height = girtin_grid::Raster::new(80, 80, 0.5);
-        let canvas = Canvas::whole(&height, 8.0, 0);
-        let water = area.cover_tapered(&canvas, None, crate::area::TAPER_MM).amount;
-        let pigment = area.cover(&canvas, None).amount;
-        let middle = water.width() / 2;
-        assert_eq!((water.at(middle, middle), pigment.at(middle, middle)), (1.0, 1.0));
-        assert_eq!(pigment.at(middle, 1), 1.0, "an eighth of a mm from the edge");
-        assert!(water.at(middle, 1) < 0.5 && water.at(middle, 5) == 1.0, "it tapers over half a mm");
-    }
-
-    #[test]
-    fn keys_of_another_event_are_unknown() {
-        let text = format!("{SHEET}[[glaze]]\n[[glaze.events]]\ndo = 'dry'\nsteps = 3\n");
-        assert_eq!(read(&text).unwrap_err().message, "unknown key `glaze[1].events[1].steps`");
-    }
-
-    proptest! {
-        #[test]
-        fn no_text_makes_the_reader_panic(text in "\\PC{0,200}") {
-            let _ = read(&text);
-        }
-
-        #[test]
-        fn no_document_of_known_words_makes_the_reader_panic(
-            body in "((do|area|steps|size|amounts|damp|pigments|\\[sheet\\]|\\[\\[glaze\\]\\]|\\[\\[glaze.events\\]\\]) ?=? ?(-?[0-9e.]{0,5}|'(wet|run|disc|stroke)'|\\[[0-9.,]*\\]|\\{ shape = '[a-z]{0,6}', radius = -?[0-9]{0,3} \\})\n){0,8}"
-        ) {
-            let _ = read(&format!("{SHEET}{body}"));
-        }
-    }
-}
+mod tests;

@@ -1,7 +1,7 @@
 //! Girtin's document: what is painted, how it is simulated, what it looks like, and every file.
 //!
 //! In the order data flows:
-//! - [`document`]: a sheet and glazes of events, as TOML; [`area`]: where something is done; [`wash_settings`]: the
+//! - [`document`]: a sheet and glazes of events, as TOML or JSON; [`area`]: where something is done; [`wash_settings`]: the
 //!   TOML of a single wash;
 //! - [`gallery`]: the paper's figures as documents;
 //! - [`resolve`]: millimetres become cells, names become pigments;
@@ -9,8 +9,8 @@
 //! - [`memory`]: how much memory it will take;
 //! - [`paint`]: every glaze is simulated; [`dried`]: what it left, cell by cell;
 //! - [`develop`]: the picture, at its own resolution; [`composite`]: pigment becomes color;
-//! - files: [`state_file`], a wash's state as NumPy reads it; [`map_file`]; [`picture`], pictures in and out; [`ora`],
-//!   glazes as layers; [`film`], a painting as it grows.
+//! - files: [`girtin_file`], a painting that stands alone; [`state_file`], a wash's state as NumPy reads it;
+//!   [`map_file`]; [`picture`], pictures in and out; [`ora`], glazes as layers; [`film`], a painting as it grows.
 #![forbid(unsafe_code)]
 
 pub mod document;
@@ -27,6 +27,7 @@ pub mod develop;
 pub mod composite;
 
 mod archive;
+pub mod girtin_file;
 pub mod state_file;
 pub mod map_file;
 pub mod picture;
@@ -35,7 +36,8 @@ pub mod film;
 
 pub use develop::Development;
 pub use document::{Document, Stock};
+pub use girtin_file::{GirtinFile, GirtinFileError, PaintedRecord};
 pub use maps::{MapChest, Maps, StoredMap};
-pub use paint::{PaintConfig, PaintError, Painted, PaintedGlaze, WaterDetail};
+pub use paint::{PaintConfig, PaintError, Painted, PaintedGlaze, PigmentBalance, WaterDetail};
 pub use resolve::ResolveError;
 pub use wash_settings::{WashSettings, handling_of};

@@ -1,12 +1,16 @@
 //! Maps that a document names: pictures, or one array of an `.npz`.
 
-use std::io::{Cursor, Read};
+use std::io::{self, Cursor, Read, Write};
 
 use girtin_grid::Raster;
 use girtin_grid::memory::{NoRoom, probe};
+use png::{BitDepth, ColorType, Decoder, DecodingError};
 use zip::ZipArchive;
 
-use crate::picture::{PictureError, PictureLimits, read_grey};
+use crate::maps::StoredMap;
+use crate::picture::{
+    PictureError, PictureLimits, WriteError, PictureMeta, read_grey, write_grey_png, write_grey_png_16,
+};
 use crate::state_file::npy::{self, Element};
 
 /// Why a map cannot be read.
@@ -45,6 +49,62 @@ pub fn read(bytes: &[u8], limits: &PictureLimits) -> Result<Raster<f32>, MapErro
     } else {
         Ok(read_grey(Cursor::new(bytes), limits)?)
     }
+}
+
+/// Writes a stored map as the grey PNG that [`read_stored`] reads.
+///
+/// # Errors
+/// The writer fails, or the map is larger than a PNG can be.
+pub fn write_stored(writer: impl Write, map: &StoredMap) -> Result<(), WriteError> {
+    match map {
+        StoredMap::Bytes(raster) => write_grey_png(writer, raster, &PictureMeta::default()),
+        StoredMap::Words(raster) => write_grey_png_16(writer, raster, &PictureMeta::default()),
+    }
+}
+
+/// Reads a grey PNG of 8 or 16 bits as it is stored.
+///
+/// # Errors
+/// The bytes are none, are damaged, or the map is larger than `limits`.
+pub fn read_stored(bytes: &[u8], limits: &PictureLimits) -> Result<StoredMap, MapError> {
+    let fault = |error: DecodingError| match error {
+        DecodingError::IoError(error) if error.kind() != io::ErrorKind::UnexpectedEof => {
+            PictureError::Read(error)
+        }
+        DecodingError::LimitsExceeded => PictureError::Memory { most: limits.decoder_bytes },
+        other => PictureError::Damaged(other.to_string()),
+    };
+    let most = usize::try_from(limits.decoder_bytes).unwrap_or(usize::MAX);
+    let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: most });
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
+    let mut reader = decoder.read_info().map_err(fault)?;
+    let (width, height) = reader.info().size();
+    if u64::from(width) * u64::from(height) > limits.pixels {
+        return Err(PictureError::TooLarge { width, height, most: limits.pixels }.into());
+    }
+    let depth = reader.info().bit_depth;
+    if reader.info().color_type != ColorType::Grayscale
+        || !matches!(depth, BitDepth::Eight | BitDepth::Sixteen)
+    {
+        return Err(PictureError::Unsupported("it is not grey of 8 or 16 bits".to_owned()).into());
+    }
+    let (width, height) = (width as usize, height as usize);
+    let bytes = width * height * if depth == BitDepth::Eight { 1 } else { 2 };
+    if bytes as u64 > limits.decoder_bytes {
+        return Err(PictureError::Memory { most: limits.decoder_bytes }.into());
+    }
+    probe([bytes as u64; 2])?;
+    let mut values = vec![0; bytes];
+    reader.next_frame(&mut values).map_err(fault)?;
+    reader.finish().map_err(fault)?;
+    Ok(match depth {
+        BitDepth::Eight => StoredMap::Bytes(Raster::from_fn(width, height, |x, y| values[y * width + x])),
+        _ => StoredMap::Words(Raster::from_fn(width, height, |x, y| {
+            let at = 2 * (y * width + x);
+            u16::from_be_bytes([values[at], values[at + 1]])
+        })),
+    })
 }
 
 fn read_npz(bytes: &[u8], limits: &PictureLimits) -> Result<Raster<f32>, MapError> {
@@ -162,7 +222,43 @@ mod tests {
         }
     }
 
+    #[test]
+    fn stored_maps_are_read_as_they_were_stored() {
+        let words = StoredMap::Words(Raster::from_fn(300, 220, |x, y| (257 * x + y) as u16));
+        let bytes = StoredMap::Bytes(Raster::from_fn(300, 220, |x, y| (x ^ y) as u8));
+        // Of words that bytes could hold, too.
+        let plain = StoredMap::Words(Raster::new(2, 1, 257));
+        for map in [words, bytes, plain] {
+            let mut file = Vec::new();
+            write_stored(&mut file, &map).unwrap();
+            assert_eq!(read_stored(&file, &PictureLimits::default()).unwrap(), map);
+            let small = PictureLimits { pixels: 1, ..PictureLimits::default() };
+            assert!(matches!(
+                read_stored(&file, &small),
+                Err(MapError::Picture(PictureError::TooLarge { .. }))
+            ));
+            let small = PictureLimits { decoder_bytes: 1, ..PictureLimits::default() };
+            assert!(matches!(
+                read_stored(&file, &small),
+                Err(MapError::Picture(PictureError::Memory { .. }))
+            ));
+            for end in [0, 20, 50, file.len() - 20] {
+                let error = read_stored(&file[..end], &PictureLimits::default()).unwrap_err();
+                assert!(matches!(error, MapError::Picture(PictureError::Damaged(_))), "{error}");
+            }
+        }
+    }
+
     proptest! {
+        #[test]
+        fn no_stored_bytes_make_the_reader_panic(change in any::<u8>(), at in any::<prop::sample::Index>()) {
+            let mut file = Vec::new();
+            write_stored(&mut file, &StoredMap::Words(Raster::from_fn(9, 7, |x, y| (x * y) as u16))).unwrap();
+            let at = at.index(file.len());
+            file[at] ^= change;
+            let _ = read_stored(&file, &PictureLimits::default());
+        }
+
         #[test]
         fn no_bytes_make_the_reader_panic(change in any::<u8>(), at in any::<prop::sample::Index>(), cut in any::<prop::sample::Index>()) {
             let mut bytes = npz(&[("map.npy", array("<f8", &[2, 2], &[1; 32]))]);

@@ -393,7 +393,7 @@ fn map_of(area: &Area, maps: &dyn Maps) -> Result<Option<Raster<f32>>, ResolveEr
     }
 }
 
-fn load(name: &MapName, maps: &dyn Maps) -> Result<Raster<f32>, ResolveError> {
+pub(crate) fn load(name: &MapName, maps: &dyn Maps) -> Result<Raster<f32>, ResolveError> {
     let MapName { file, place } = name;
     let (file, place) = (|| file.clone(), || place.clone());
     maps.map(&name.file).map_err(|fault| match fault {

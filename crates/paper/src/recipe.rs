@@ -2,6 +2,7 @@
 
 use girtin_params::read::{Fault, Table};
 use girtin_params::row::Parameters;
+use girtin_params::write::{Node, Tree};
 use girtin_params::{Problem, parse};
 
 use crate::layers::Layer;
@@ -78,11 +79,45 @@ impl Paper {
         })
     }
 
+    /// The recipe as a file of its own, with every value.
+    pub fn to_toml(&self) -> String {
+        let aliases: Vec<&str> = self.aliases.iter().map(String::as_str).collect();
+        let file = Tree::new()
+            .with("id", self.id.as_str())
+            .with("label", self.label.as_str())
+            .with("about", self.about.as_str())
+            .with("aliases", aliases)
+            .and(Tree::of_parameters(&self.surface));
+        let of_kind = |file: Tree, (kind, of): (&str, fn(&Layer) -> Option<Tree>)| {
+            file.with(kind, Node::Sections(self.layers.iter().filter_map(of).collect()))
+        };
+        KINDS.into_iter().fold(file, of_kind).to_toml()
+    }
+
     /// What the relief is a sum of; never empty.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
 }
+
+/// What layers of each kind say, in the order in which [`layers`] reads them.
+const KINDS: [(&str, fn(&Layer) -> Option<Tree>); 5] = {
+    macro_rules! of {
+        ($kind:ident) => {
+            |layer| match layer {
+                Layer::$kind(layer) => Some(Tree::of_parameters(layer)),
+                _ => None,
+            }
+        };
+    }
+    [
+        ("tooth", of!(Tooth)),
+        ("pebbles", of!(Pebbles)),
+        ("laid", of!(Laid)),
+        ("weave", of!(Weave)),
+        ("fibers", of!(Fibers)),
+    ]
+};
 
 /// A name as papers are found by: lower case, with hyphens for spaces and underscores.
 pub(crate) fn plain(name: &str) -> String {
@@ -150,6 +185,17 @@ mod tests {
         assert_eq!(paper.surface, Surface::default());
         let [Layer::Tooth(tooth)] = paper.layers() else { panic!("one tooth") };
         assert_eq!((tooth.wavelength_mm, tooth.octaves), (0.8, 3));
+    }
+
+    #[test]
+    fn a_recipe_is_written_and_read_again() {
+        let every = "id = \"x\"\nlabel = \"é\"\naliases = [\"y\"]\n[[fibers]]\namount = 0.3\n[[weave]]\n[[laid]]\n\
+            [[pebbles]]\n[[pebbles]]\namount = -0.1\n[[tooth]]\n";
+        let every = Paper::from_toml("x.toml", every).unwrap();
+        assert_eq!(every.layers().len(), 6);
+        for paper in crate::Papers::builtin().iter().chain([&every]) {
+            assert_eq!(Paper::from_toml("again.toml", &paper.to_toml()).unwrap(), *paper);
+        }
     }
 
     #[track_caller]

@@ -6,15 +6,18 @@
 //!
 //! In the order data flows:
 //! - [`row`]: the row, its [`Value`] and the macro that turns rows into a struct;
-//! - [`read`]: TOML into such structs, with unknown keys refused and the nearest name offered;
+//! - [`read`]: TOML or JSON into such structs, with unknown keys refused and the nearest name offered;
+//! - [`write`]: the way back;
 //! - [`manual`]: rows as a Markdown table.
 #![forbid(unsafe_code)]
 
 pub mod manual;
+mod json;
 pub mod read;
 pub mod row;
+pub mod write;
 
-pub use read::{Place, Problem, Table, parse};
+pub use read::{Place, Problem, Table, parse, parse_json};
 pub use row::{Acts, Row, Value};
 
 /// The name among `known` that `name` was most likely meant to be, if any is near enough.

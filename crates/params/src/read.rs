@@ -1,4 +1,4 @@
-//! TOML into structs: what is read is what is known, so an unknown key is refused and the nearest name offered.
+//! TOML or JSON into structs: what is read is what is known, so an unknown key is refused and the nearest name offered.
 //!
 //! A reader asks a [`Table`] for its keys one by one; whatever has not been asked for when the reader is done is
 //! unknown. Nothing else lists the keys of a file.
@@ -18,8 +18,8 @@ use std::ops::{Range, RangeInclusive};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::hint_for;
 use crate::row::{Parameters, Value};
+use crate::{hint_for, json};
 
 /// Largest TOML text that is read, bytes: a hand-written file of this size would be a mistake.
 pub const MAX_TEXT: usize = 16 << 20;
@@ -121,6 +121,42 @@ pub fn parse<T>(
     text: &str,
     read: impl FnOnce(&Table<'_>) -> Result<T, Fault>,
 ) -> Result<T, Problem> {
+    let root = |text| {
+        let root = DeTable::parse(text).map_err(|error| Fault {
+            message: format!("not TOML: {}", error.message()),
+            hint: None,
+            span: error.span().unwrap_or(0..0),
+        })?;
+        Ok(root.into_inner())
+    };
+    parse_as(origin, text, root, read)
+}
+
+/// The same of JSON, an object as the root table.
+///
+/// # Errors
+/// The text is not JSON, `read` found a fault, or a key is unknown.
+pub fn parse_json<T>(
+    origin: &str,
+    text: &str,
+    read: impl FnOnce(&Table<'_>) -> Result<T, Fault>,
+) -> Result<T, Problem> {
+    let root = |text| {
+        json::object(text).map_err(|flaw| Fault {
+            message: format!("not JSON: {}", flaw.message),
+            hint: None,
+            span: flaw.span,
+        })
+    };
+    parse_as(origin, text, root, read)
+}
+
+fn parse_as<'a, T>(
+    origin: &str,
+    text: &'a str,
+    root: impl FnOnce(&'a str) -> Result<DeTable<'a>, Fault>,
+    read: impl FnOnce(&Table<'_>) -> Result<T, Fault>,
+) -> Result<T, Problem> {
     let locate = |fault| located(origin, text, fault);
     if text.len() > MAX_TEXT {
         return Err(locate(Fault {
@@ -129,14 +165,8 @@ pub fn parse<T>(
             span: 0..0,
         }));
     }
-    let root = DeTable::parse(text).map_err(|error| {
-        locate(Fault {
-            message: format!("not TOML: {}", error.message()),
-            hint: None,
-            span: error.span().unwrap_or(0..0),
-        })
-    })?;
-    let table = Table::new(root.get_ref(), 0..0, String::new());
+    let root = root(text).map_err(locate)?;
+    let table = Table::new(&root, 0..0, String::new());
     read(&table).and_then(|value| table.finish().map(|()| value)).map_err(locate)
 }
 
@@ -211,6 +241,11 @@ impl<'a> Table<'a> {
     /// Whether the table has `key`; counts as asking for it.
     pub fn has(&self, key: &str) -> bool {
         self.ask(key).is_some()
+    }
+
+    /// Whether the value of `key` is a table; counts as asking for it.
+    pub fn is_table(&self, key: &str) -> bool {
+        self.ask(key).is_some_and(|value| value.get_ref().is_table())
     }
 
     /// A text, if the key is there.
@@ -374,6 +409,24 @@ impl<'a> Table<'a> {
         }
     }
 
+    /// A whole number of 64 bits, if the key is there.
+    ///
+    /// # Errors
+    /// The value is not a whole number, negative or too large.
+    pub fn whole(&self, key: &str) -> Result<Option<u64>, Fault> {
+        let Some(value) = self.ask(key) else { return Ok(None) };
+        let whole = match value.get_ref() {
+            // Not through a real number, which has 53 bits.
+            DeValue::Integer(whole) => u64::from_str_radix(whole.as_str(), whole.radix()).ok(),
+            _ => None,
+        };
+        let wanted = "a whole number from 0 to 2^64 − 1";
+        whole.map_or_else(
+            || Err(self.fault(key, format!("`{}{key}` must be {wanted}", self.path))),
+            |n| Ok(Some(n)),
+        )
+    }
+
     /// A list of texts, if the key is there.
     ///
     /// # Errors
@@ -507,80 +560,4 @@ fn article(value: &DeValue<'_>) -> &'static str {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    crate::parameters! {
-        /// Parameters to test with.
-        pub struct Flow {
-            viscosity: f64 {
-                symbol: "μ", label: "Viscosity", unit: "1", default: 0.1, hard: (0.0, 1.0), soft: (0.0, 0.2),
-                acts: Simulation, doc: "Thickness.", source: "C97 §4",
-            }
-            sweeps: u32 {
-                symbol: "N", label: "Sweeps", unit: "1", default: 50, hard: (0.0, 100.0), soft: (0.0, 50.0),
-                acts: Simulation, doc: "At most.", source: "C97 §4",
-            }
-        }
-    }
-
-    fn flow(text: &str) -> Result<Flow, Problem> {
-        parse("wash.toml", text, |table| table.parameters())
-    }
-
-    #[test]
-    fn missing_keys_are_defaults() {
-        assert_eq!(flow("sweeps = 3").unwrap(), Flow { sweeps: 3, ..Flow::default() });
-        assert_eq!(flow("viscosity = 1").unwrap().viscosity, 1.0);
-    }
-
-    #[test]
-    fn unknown_keys_name_place_and_nearest() {
-        let problem = flow("sweeps = 3\nviscosty = 0.2\n").unwrap_err();
-        assert_eq!((problem.line, problem.column), (2, 1));
-        assert_eq!(problem.to_string(), "wash.toml:2:1: unknown key `viscosty`");
-        assert_eq!(problem.hint.as_deref(), Some("did you mean `viscosity`?"));
-    }
-
-    #[test]
-    fn a_hint_says_every_key_once() {
-        let read = |table: &Table<'_>| Ok((table.has("a"), table.text("a")?, table.text("b")?));
-        let problem = parse("t.toml", "zzzzzz = 1", read).unwrap_err();
-        assert_eq!(problem.hint.as_deref(), Some("known here: a, b"));
-    }
-
-    #[test]
-    fn wrong_kinds_and_ranges_are_refused_at_the_value() {
-        for bad in
-            ["viscosity = \"thick\"", "viscosity = 2", "viscosity = nan", "sweeps = 1.5", "sweeps = -1"]
-        {
-            let problem = flow(bad).unwrap_err();
-            assert_eq!(problem.line, 1, "{problem}");
-            assert!(problem.column > 1, "{problem}");
-        }
-        assert!(flow("viscosity = ").unwrap_err().message.starts_with("not TOML"));
-    }
-
-    #[test]
-    fn inner_tables_say_their_path() {
-        let read = |text| parse("d.toml", text, |root| root.tables("glaze", |glaze| glaze.need_text("name")));
-        assert_eq!(read("[[glaze]]\nname = \"a\"").unwrap(), Some(vec!["a".to_owned()]));
-        let problem = read("[[glaze]]\nname = \"a\"\n[[glaze]]\nnam = \"b\"").unwrap_err();
-        assert_eq!(problem.message, "`glaze[2]` lacks `name`");
-    }
-
-    proptest! {
-        #[test]
-        fn no_text_makes_the_reader_panic(text in "\\PC{0,200}") {
-            let _ = flow(&text);
-        }
-
-        #[test]
-        fn no_document_of_known_words_makes_the_reader_panic(
-            text in "((viscosity|sweeps|x|é|\\[a\\]|\\[\\[a\\]\\]) ?=? ?([0-9e.+-]{0,6}|\"[a-z]*\"|\\[[0-9,]*\\]|\\{\\})\n){0,6}"
-        ) {
-            let _ = flow(&text);
-        }
-    }
-}
+mod tests;
