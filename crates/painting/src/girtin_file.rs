@@ -26,7 +26,7 @@ use girtin_grid::Raster;
 use crate::document::{Document, Stock};
 use crate::maps::MapChest;
 use crate::paint::{PigmentBalance, WaterDetail};
-use crate::picture::{PictureLimits, WriteError, PictureMeta, write_png};
+use crate::picture::{PictureLimits, PictureMeta, WriteError, write_png};
 
 mod error;
 mod read;

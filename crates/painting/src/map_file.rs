@@ -9,7 +9,7 @@ use zip::ZipArchive;
 
 use crate::maps::StoredMap;
 use crate::picture::{
-    PictureError, PictureLimits, WriteError, PictureMeta, read_grey, write_grey_png, write_grey_png_16,
+    PictureError, PictureLimits, PictureMeta, WriteError, read_grey, write_grey_png, write_grey_png_16,
 };
 use crate::state_file::npy::{self, Element};
 

@@ -1,7 +1,7 @@
 use std::io::{Cursor, Write};
 
 use girtin_grid::Raster;
-use girtin_optics::Pigment;
+use girtin_optics::{LinearRgb, Pigment};
 use girtin_paper::Paper;
 use proptest::prelude::*;
 use zip::ZipWriter;
@@ -10,7 +10,7 @@ use zip::write::SimpleFileOptions;
 use super::*;
 use crate::maps::StoredMap;
 use crate::paint::PaintConfig;
-use crate::picture::{read_color, write_png};
+use crate::picture::{read_photo, write_png};
 
 const DOCUMENT_TEXT: &str = "format = 1\ntitle = \"Two shapes\"\n[sheet]\nsize = [12, 9]\npaper = 'felt'\nseed = 5\n\
     pixels_per_mm = 6\ncells_per_mm = 4\ntrim = 0.5\nground = { linear = [0.9, 0.85, 0.8] }\n\
@@ -267,7 +267,9 @@ fn the_first_format_always_opens_and_paints_the_same() {
     assert!(
         balances[0].iter().all(|of_pigment| of_pigment.laid > of_pigment.total && of_pigment.lifted > 0.0)
     );
-    let wanted = read_color(Cursor::new(FIRST_PICTURE), &PictureLimits::default()).unwrap();
+    let limits = PictureLimits::default();
+    let wanted = read_photo(Cursor::new(FIRST_PICTURE), None, &limits, LinearRgb::WHITE).unwrap().pixels;
+    let wanted = wanted.map(|light| LinearRgb(light.map(f64::from)));
     let picture = picture_of(&file).0;
     assert_eq!((picture.width(), picture.height()), (66, 48));
     assert!(wanted.map(|color| color.to_srgb().to_bytes()) == picture);
