@@ -16,6 +16,7 @@ mod progress;
 mod interrupt;
 mod failure;
 
+mod watercolorize;
 mod paint;
 mod effects;
 mod swatches;
@@ -41,6 +42,7 @@ use crate::interrupt::Interrupt;
     version,
     arg_required_else_help = true,
     after_help = "Examples:
+  girtin watercolorize photo.jpg painting.png
   girtin wash --state in.npz --pigments cobalt-blue --steps 200 --save out.npz --image out.png
   girtin mix hansa-yellow:0.4 cerulean-blue:0.3 --then quinacridone-rose:0.2
 
@@ -54,6 +56,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Watercolorize(Box<watercolorize::WatercolorizeArgs>),
     Paint(paint::PaintArgs),
     Effects(effects::EffectsArgs),
     Swatches(swatches::SwatchesArgs),
@@ -80,6 +83,7 @@ fn run() -> Result<(), Failure> {
     };
     let interrupt = Interrupt::listen()?;
     match &cli.verb {
+        Verb::Watercolorize(args) => watercolorize::run(args, &interrupt),
         Verb::Paint(args) => paint::run(args, &interrupt),
         Verb::Effects(args) => effects::run(args, &interrupt),
         Verb::Swatches(args) => swatches::run(args, &interrupt),

@@ -86,7 +86,11 @@ mod tests {
             ("pigments = [\n 'viridian',\n 'virdian']", 3, "no pigment is called `virdian`"),
             ("pigments = []", 1, "the palette has no pigments"),
             ("", 1, "the palette has no pigments"),
-            ("pigments = ['French Ultramarine',\n'french-ultramarine']", 2, "`french-ultramarine` is there twice"),
+            (
+                "pigments = ['French Ultramarine',\n'french-ultramarine']",
+                2,
+                "`french-ultramarine` is there twice",
+            ),
             ("pigment = 3", 1, "`pigment` must be"),
             ("colors = ['red']", 1, "unknown key `colors`"),
         ] {

@@ -62,9 +62,14 @@ impl<'a> Timelapse<'a> {
         BARE + WASH * self.glazes.len() as u32 + FINISHED
     }
 
+    /// How much is laid in a frame; frames of the same number are alike.
+    pub fn laid_at(&self, number: u32) -> u32 {
+        number.saturating_sub(BARE - 1).min(WASH * self.glazes.len() as u32)
+    }
+
     /// A frame in sRGB, from 0.
     pub fn frame(&self, number: u32) -> Raster<[u8; 3]> {
-        let laying = number.saturating_sub(BARE - 1).min(WASH * self.glazes.len() as u32);
+        let laying = self.laid_at(number);
         let (whole, part) = ((laying / WASH) as usize, laying % WASH);
         let wet = self.glazes.get(whole).filter(|_| part > 0);
         let wet = wet.map(|glaze| (laid_down_to(&glaze.dried, part as f32 / WASH as f32), &glaze.plan));

@@ -134,7 +134,8 @@ impl AskedArgs {
     /// A name is unknown, a file is wrong, or a value not allowed.
     pub fn recipes(&self, stock: &mut Stock, all: bool) -> Result<Vec<Recipe>, Failure> {
         let palette = self.palette(&mut stock.pigments)?;
-        let named = if all { PRESETS.iter().map(|p| p.name.to_owned()).collect() } else { vec![self.preset.clone()] };
+        let named =
+            if all { PRESETS.iter().map(|p| p.name.to_owned()).collect() } else { vec![self.preset.clone()] };
         named.into_iter().map(|name| self.recipe(name, palette.as_ref(), stock)).collect()
     }
 
@@ -229,9 +230,10 @@ fn preset(name: &str, stock: &Stock) -> Result<Preset, Failure> {
             return Err(fault.hint(format!("name 1 to {MOST}")));
         }
         if let Some(paper) = table.text("paper")? {
-            stock.papers.get(&paper).map_err(|error| {
-                table.fault("paper", error.to_string()).hint(error.hint)
-            })?;
+            stock
+                .papers
+                .get(&paper)
+                .map_err(|error| table.fault("paper", error.to_string()).hint(error.hint))?;
         }
         let _: PhotoParams = table.parameters()?;
         Ok(ids)
@@ -251,7 +253,9 @@ fn set(params: &mut PhotoParams, word: &str) -> Result<(), Failure> {
         return Err(Failure::usage(format!("no parameter is called `{key}`")).hint(hint_for(&id, &ids)));
     };
     let (low, high) = row.hard;
-    let wrong = |error: String| Failure::usage(format!("`--set {word}`: {error}")).hint(format!("from {low} to {high}"));
+    let wrong = |error: String| {
+        Failure::usage(format!("`--set {word}`: {error}")).hint(format!("from {low} to {high}"))
+    };
     let value = row.parse(value).map_err(wrong)?;
     params.set(row.id, value).map_err(wrong)
 }
@@ -274,7 +278,8 @@ fn parse_length(text: &str) -> Result<f64, String> {
         _ => None,
     };
     let mm = number.zip(factor).map(|(number, factor)| number * factor);
-    let told = || "give a number with its unit, from 10mm to 150cm, such as `160mm`, `30cm` or `12in`".to_owned();
+    let told =
+        || "give a number with its unit, from 10mm to 150cm, such as `160mm`, `30cm` or `12in`".to_owned();
     mm.filter(|mm| LENGTHS.contains(mm)).ok_or_else(told)
 }
 

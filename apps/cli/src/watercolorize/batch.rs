@@ -74,7 +74,9 @@ fn of_pattern(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     // What cannot be listed matches nothing.
     let found: Vec<PathBuf> = matches.filter_map(Result::ok).filter(|path| path.is_file()).collect();
     if found.is_empty() {
-        return Err(Failure::input(format!("no file matches `{text}`")).hint("look at the spelling and the folder"));
+        return Err(
+            Failure::input(format!("no file matches `{text}`")).hint("look at the spelling and the folder")
+        );
     }
     Ok(found)
 }
@@ -111,8 +113,9 @@ impl Naming<'_> {
         if !text.contains(STEM) {
             if self.count > 1 {
                 let message = format!("{} photographs cannot all be {what} `{text}`", self.count);
-                return Err(Failure::usage(message)
-                    .hint("put `{stem}` into its name, such as `out/{stem}.png`, or name a folder that is there"));
+                return Err(Failure::usage(message).hint(
+                    "put `{stem}` into its name, such as `out/{stem}.png`, or name a folder that is there",
+                ));
             }
             return Ok(template.to_owned());
         }
@@ -120,6 +123,14 @@ impl Naming<'_> {
             Some(stem) => Ok(PathBuf::from(text.replace(STEM, stem))),
             None => Err(Failure::usage(format!("the name of `{}` is no text", self.photo.display()))
                 .hint("give the painting a name without `{stem}`")),
+        }
+    }
+
+    /// A mask, whose name may have the photograph's in it.
+    pub fn mask(&self, template: &Path) -> PathBuf {
+        match (template.to_str(), self.stem().to_str()) {
+            (Some(text), Some(stem)) => PathBuf::from(text.replace(STEM, stem)),
+            _ => template.to_owned(),
         }
     }
 
@@ -172,10 +183,14 @@ impl Writing<'_> {
         let format = format.ok_or_else(|| match PictureFormat::of_extension(&ending, false) {
             Some(_) => Failure::usage(format!("`{name}` cannot have 16 bits: {ending} has 8"))
                 .hint("write PNG or TIFF, or leave `--bits` out"),
-            None if ending.is_empty() => Failure::usage(format!("`{name}` does not say which format it is to be"))
-                .hint(format!("end it in one of {}, or give `--format`", PictureFormat::ENDINGS.join(", "))),
-            None => Failure::usage(format!("`{name}` cannot be written: {ending} is no format of pictures here"))
-                .hint(format!("end it in one of {}", PictureFormat::ENDINGS.join(", "))),
+            None if ending.is_empty() => Failure::usage(format!(
+                "`{name}` does not say which format it is to be"
+            ))
+            .hint(format!("end it in one of {}, or give `--format`", PictureFormat::ENDINGS.join(", "))),
+            None => {
+                Failure::usage(format!("`{name}` cannot be written: {ending} is no format of pictures here"))
+                    .hint(format!("end it in one of {}", PictureFormat::ENDINGS.join(", ")))
+            }
         })?;
         match (format, self.quality) {
             (PictureFormat::Jpeg { .. }, Some(quality)) => Ok(PictureFormat::Jpeg { quality }),
@@ -207,12 +222,17 @@ mod tests {
     fn formats_come_from_names() {
         let plain = Writing { format: None, bits: 8, quality: None };
         let deep = Writing { bits: 16, ..plain };
-        assert_eq!(plain.format(Path::new("A.JPEG")).unwrap(), PictureFormat::Jpeg { quality: PictureFormat::QUALITY });
+        assert_eq!(
+            plain.format(Path::new("A.JPEG")).unwrap(),
+            PictureFormat::Jpeg { quality: PictureFormat::QUALITY }
+        );
         assert_eq!(deep.format(Path::new("a.tif")).unwrap(), PictureFormat::Tiff16);
         assert_eq!(plain.format(Path::new("-")).unwrap(), PictureFormat::Png8);
         let jpeg = Writing { format: Some("jpg"), quality: Some(50), ..plain };
         assert_eq!(jpeg.format(Path::new("-")).unwrap(), PictureFormat::Jpeg { quality: 50 });
-        for (writing, bad) in [(plain, "a"), (plain, "a.gif"), (deep, "a.jpg"), (deep, "a.webp"), (plain, "a.png/")] {
+        for (writing, bad) in
+            [(plain, "a"), (plain, "a.gif"), (deep, "a.jpg"), (deep, "a.webp"), (plain, "a.png/")]
+        {
             assert!(writing.format(Path::new(bad)).is_err() || bad.ends_with('/'), "{bad}");
         }
         assert!(Writing { quality: Some(3), ..plain }.format(Path::new("a.png")).is_err());
