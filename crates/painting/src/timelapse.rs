@@ -4,10 +4,9 @@ use girtin_grid::Raster;
 
 use crate::develop::Development;
 use crate::document::{Document, Stock};
-use crate::dried::Dried;
 use crate::maps::Maps;
-use crate::paint::{Painted, PaintedGlaze};
-use crate::resolve::{PlannedSheet, ResolveError};
+use crate::paint::Painted;
+use crate::resolve::ResolveError;
 
 /// Frames a second.
 pub const FRAMES_PER_SECOND: u16 = 12;
@@ -24,23 +23,24 @@ const LAG: f32 = 0.15;
 
 /// The frames of a painting's film.
 #[derive(Debug)]
-pub struct Timelapse<'a> {
-    glazes: &'a [PaintedGlaze],
-    sheet: PlannedSheet,
+pub struct Timelapse {
+    /// The sheet, and the picture after each wash, sRGB.
+    washes: Vec<Raster<[u8; 3]>>,
 }
 
-impl<'a> Timelapse<'a> {
-    /// Of a painted document, with the picture's long edge at most so many pixels.
+impl Timelapse {
+    /// Of a painted document, with the picture's long edge at most so many pixels, as long as `goes_on` says so.
     ///
     /// # Errors
     /// The document's sheet cannot be resolved again.
     pub fn new(
         document: &Document,
-        painted: &'a Painted,
+        painted: &Painted,
         stock: &Stock,
         maps: &dyn Maps,
         longest: usize,
-    ) -> Result<Self, ResolveError> {
+        goes_on: impl Fn(f64) -> bool,
+    ) -> Result<Option<Self>, ResolveError> {
         let [width, height] = painted.sheet.picture;
         let mut document = document.clone();
         let smaller = (longest as f64 / width.max(height).max(1) as f64).min(1.0);
@@ -49,50 +49,45 @@ impl<'a> Timelapse<'a> {
         let samples = libm::ceil(f64::from(document.sheet.cells_per_pixel) / smaller);
         let cells = libm::ceil(document.cells_per_mm() / document.sheet.pixels_per_mm);
         document.sheet.cells_per_pixel = samples.min(cells).clamp(1.0, 8.0) as u32;
-        Ok(Self { glazes: &painted.glazes, sheet: document.resolve_sheet(stock, maps)? })
+        let sheet = document.resolve_sheet(stock, maps)?;
+        let count = painted.glazes.len() + 1;
+        let washes = (0..count).map(|wash| {
+            let glazes = painted.glazes[..wash].iter().map(|glaze| (&glaze.dried, &glaze.plan));
+            let goes_on = |part| goes_on((wash as f64 + part) / count as f64);
+            Development::new(&sheet, glazes).encoded_while(|color| color.to_srgb().to_bytes(), goes_on)
+        });
+        Ok(washes.collect::<Option<Vec<_>>>().map(|washes| Self { washes }))
     }
 
     /// Columns and rows of a frame.
     pub fn size(&self) -> (usize, usize) {
-        (self.sheet.picture[0], self.sheet.picture[1])
+        (self.washes[0].width(), self.washes[0].height())
     }
 
     /// How many frames there are.
     pub fn frames(&self) -> u32 {
-        BARE + WASH * self.glazes.len() as u32 + FINISHED
-    }
-
-    /// How much is laid in a frame; frames of the same number are alike.
-    pub fn laid_at(&self, number: u32) -> u32 {
-        number.saturating_sub(BARE - 1).min(WASH * self.glazes.len() as u32)
+        BARE + WASH * (self.washes.len() - 1) as u32 + FINISHED
     }
 
     /// A frame in sRGB, from 0.
     pub fn frame(&self, number: u32) -> Raster<[u8; 3]> {
-        let laying = self.laid_at(number);
+        let last = self.washes.len() - 1;
+        let laying = number.saturating_sub(BARE - 1).min(WASH * last as u32);
         let (whole, part) = ((laying / WASH) as usize, laying % WASH);
-        let wet = self.glazes.get(whole).filter(|_| part > 0);
-        let wet = wet.map(|glaze| (laid_down_to(&glaze.dried, part as f32 / WASH as f32), &glaze.plan));
-        let dry = self.glazes[..whole].iter().map(|glaze| (&glaze.dried, &glaze.plan));
-        let glazes = dry.chain(wet.iter().map(|(dried, plan)| (dried, *plan)));
-        Development::new(&self.sheet, glazes).encoded(|color| color.to_srgb().to_bytes())
+        let (before, after) = (&self.washes[whole], &self.washes[(whole + 1).min(last)]);
+        let front = part as f32 / WASH as f32 * (1.0 + LAG + SOFT);
+        let (width, height) = (before.width(), before.height());
+        Raster::from_fn(width, height, |x, y| {
+            let place = y as f32 / height as f32 + LAG * x as f32 / width as f32;
+            let laid = ((front - place) / SOFT).clamp(0.0, 1.0);
+            let (before, after) = (before.at(x, y), after.at(x, y));
+            // Of encoded values: between light, which adds, and thickness of pigment, which multiplies.
+            [0, 1, 2].map(|c| {
+                let (before, after) = (f32::from(before[c]), f32::from(after[c]));
+                (before + laid * (after - before) + 0.5) as u8
+            })
+        })
     }
-}
-
-/// A wash of which so much is laid, 0 to 1.
-fn laid_down_to(dried: &Dried, part: f32) -> Dried {
-    let mut dried = dried.clone();
-    for amounts in &mut dried.amounts {
-        let (width, height) = (amounts.width() as f32, amounts.height() as f32);
-        let front = part * (1.0 + LAG + SOFT);
-        for y in 0..amounts.height() {
-            for (x, amount) in amounts.row_mut(y).iter_mut().enumerate() {
-                let place = y as f32 / height + LAG * x as f32 / width;
-                *amount *= ((front - place) / SOFT).clamp(0.0, 1.0);
-            }
-        }
-    }
-    dried
 }
 
 #[cfg(test)]
@@ -109,7 +104,11 @@ mod tests {
         let stock = Stock::builtin();
         let document = Document::from_toml("film.toml", text, &stock).unwrap();
         let painted = document.paint(&stock, &MapChest::default(), &PaintConfig::default()).unwrap();
-        let film = Timelapse::new(&document, &painted, &stock, &MapChest::default(), 1000).unwrap();
+        let film = |longest| {
+            let film = Timelapse::new(&document, &painted, &stock, &MapChest::default(), longest, |_| true);
+            film.unwrap().unwrap()
+        };
+        let (film, small) = (film(1000), film(24));
         let bytes = |development: Development<'_>| development.encoded(|color| color.to_srgb().to_bytes());
         assert_eq!(film.frame(0), bytes(painted.development_of(0)));
         assert_eq!(film.frame(film.frames() - 1), bytes(painted.development()));
@@ -122,7 +121,6 @@ mod tests {
             (half.at(1, 1), half.at(width - 1, height - 1)),
             (end.at(1, 1), bare.at(width - 1, height - 1))
         );
-        let small = Timelapse::new(&document, &painted, &stock, &MapChest::default(), 24).unwrap();
         assert_eq!(small.size(), (24, 16));
     }
 }

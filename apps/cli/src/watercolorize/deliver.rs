@@ -213,8 +213,14 @@ impl Delivery<'_> {
 
     fn film(&self, target: &Target, kind: FilmKind) -> Result<Staged, Failure> {
         let Painting { document, maps, painted } = self.painting;
-        let film = Timelapse::new(document, painted, self.stock, maps, FILM);
+        let goes_on = |part: f64| {
+            self.progress.at("developing the film", self.done + (1.0 - self.done) * part);
+            self.interrupt.check().is_ok()
+        };
+        let film = Timelapse::new(document, painted, self.stock, maps, FILM, goes_on);
         let film = film.map_err(|error| Failure::failed(error).hint("leave `--timelapse` out"))?;
+        let film = film.ok_or_else(|| self.interrupt.failure())?;
+        self.say("writing the film");
         let staged = match kind {
             FilmKind::Own(format) => target.stage(|writer| self.write_film(writer, &film, format)),
             FilmKind::Ffmpeg => target.stage(|writer| {
@@ -233,7 +239,7 @@ impl Delivery<'_> {
     fn write_film(
         &self,
         writer: &mut dyn io::Write,
-        film: &Timelapse<'_>,
+        film: &Timelapse,
         format: FilmFormat,
     ) -> Result<(), WriteFault> {
         let document = &self.painting.document;
@@ -248,22 +254,14 @@ impl Delivery<'_> {
 
     fn frames(
         &self,
-        film: &Timelapse<'_>,
+        film: &Timelapse,
         mut write: impl FnMut(&Raster<[u8; 3]>) -> Result<(), WriteFault>,
     ) -> Result<(), WriteFault> {
-        let count = film.frames();
-        let mut last = None;
-        for number in 0..count {
-            self.progress.at("filming", self.done + (1.0 - self.done) * f64::from(number) / f64::from(count));
+        for number in 0..film.frames() {
             if self.interrupt.check().is_err() {
                 return Err(WriteFault::Content("interrupted".to_owned()));
             }
-            let frame = match last {
-                Some((same, frame)) if same == film.laid_at(number) => frame,
-                _ => film.frame(number),
-            };
-            write(&frame)?;
-            last = Some((film.laid_at(number), frame));
+            write(&film.frame(number))?;
         }
         Ok(())
     }

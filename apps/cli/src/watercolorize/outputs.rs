@@ -83,16 +83,6 @@ impl Errand {
 }
 
 impl MoreArgs {
-    /// Whether anything of it is asked for.
-    pub fn any(&self) -> bool {
-        [&self.layers, &self.save, &self.timelapse, &self.stages].into_iter().any(Option::is_some)
-    }
-
-    /// Whether the painting itself is kept.
-    pub fn saves(&self) -> bool {
-        self.save.is_some()
-    }
-
     /// Claims every output of a photograph; `washes` are laid at most.
     ///
     /// # Errors
