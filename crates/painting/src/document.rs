@@ -114,6 +114,8 @@ pub struct Glaze {
     pub pigments: Vec<String>,
     /// Physics.
     pub model: WashModel,
+    /// How much more or less than their own granulation the pigments show.
+    pub granulation: f64,
     /// What it is confined to; `None`: the whole sheet.
     pub outline: Option<Outline>,
     /// What was done, in order.
@@ -418,6 +420,7 @@ fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {
     Ok(Glaze {
         name: table.text("name")?.unwrap_or_default(),
         model,
+        granulation: table.real("granulation", 0.0..=10.0)?.unwrap_or(1.0),
         outline: table.table("outline", read_outline)?,
         events,
         pigments,

@@ -4,7 +4,7 @@ use std::io;
 
 use girtin_grid::Raster;
 use girtin_grid::memory::{NoRoom, probe};
-use girtin_optics::{Coefficients, LinearRgb};
+use girtin_optics::{Coefficients, LinearRgb, Pigment};
 use girtin_paper::{HeightSource, Sheet};
 use girtin_params::Place;
 use girtin_wash::{Ledger, PigmentHandling, WashModel};
@@ -274,11 +274,18 @@ impl Glaze {
         }
         Ok(PlannedGlaze {
             paints: pigments.iter().map(|pigment| pigment.coefficients).collect(),
-            handlings: pigments.iter().map(|pigment| handling_of(pigment)).collect(),
+            handlings: pigments.iter().map(|pigment| self.handling_of(pigment)).collect(),
             model: self.model,
             outline,
             deeds,
         })
+    }
+}
+
+impl Glaze {
+    fn handling_of(&self, pigment: &Pigment) -> PigmentHandling {
+        let own = handling_of(pigment);
+        PigmentHandling { granulation: (own.granulation * self.granulation).min(1.0), ..own }
     }
 }
 

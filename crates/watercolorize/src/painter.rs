@@ -34,6 +34,9 @@ pub const PAPER: Srgb = Srgb([251.0 / 255.0, 249.0 / 255.0, 244.0 / 255.0]);
 /// Color of ink.
 const INK: Srgb = Srgb([38.0 / 255.0, 34.0 / 255.0, 36.0 / 255.0]);
 
+/// Film that dry pores drink, on average: [`LivingParams::pore_depth`] times the mean of [`LivingParams::capacity`].
+const DRUNK: f32 = 0.18;
+
 /// What is to be painted, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
@@ -448,8 +451,9 @@ impl<'a> Painter<'a> {
         let (mut shapes_of, edges) = voted(&numbered, self.cells(0.6 * plan.rounding).max(0.8));
         shapes_of.as_mut_slice().iter_mut().zip(open.as_slice()).for_each(|(shape, open)| *shape *= open);
         let amounts = self.amounts(plan, &wanted, &under, &shapes, &shapes_of, &stray, &softness, index);
-        let water = self.water(plan, &hardness, index);
-        let moist = softness.map(|soft| 1.2 * soft * params.wetness.min(1.5) as f32);
+        let moist = gaussian_plane(&softness, self.cells(0.012));
+        let moist = moist.map(|soft| 1.2 * soft * params.wetness.min(1.5) as f32);
+        let water = self.water(plan, &hardness, &moist, index);
         Some(Load { shapes: shapes_of, edges, amounts, water, moist })
     }
 
@@ -575,7 +579,7 @@ impl<'a> Painter<'a> {
     }
 
     /// How much water is laid.
-    fn water(&self, plan: &WashPlan, hardness: &Plane, index: usize) -> Plane {
+    fn water(&self, plan: &WashPlan, hardness: &Plane, moist: &Plane, index: usize) -> Plane {
         let params = self.params();
         let uneven = plane(self.request.seed, &format!("water {index}"), self.mount.size, self.cells(0.03));
         let much = 0.3 * params.turbulence as f32;
@@ -584,7 +588,9 @@ impl<'a> Painter<'a> {
             // Where nothing is hard, less water stands; detail is painted with a nearly dry brush.
             let hard = 0.7 + 0.3 * hardness.at(x, y);
             let exact = 1.0 - 0.45 * self.exact.at(x, y);
-            (film * hard * exact * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7)).min(1.0)
+            // Dry pores drink first; what they take must not be missing beside damp paper, or water runs there and back.
+            let drunk = DRUNK * (1.0 - moist.at(x, y)).max(0.0);
+            (film * hard * exact * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)
         })
     }
 
@@ -650,6 +656,7 @@ impl<'a> Painter<'a> {
             name: format!("wash {}", index + 1),
             pigments: pigments.iter().map(|(k, ..)| self.pigments[*k].id.clone()).collect(),
             model: WashModel::Living(self.physics(plan)),
+            granulation: plan.granulation * self.request.params.granulation,
             outline: Some(Outline {
                 regions: map_name(&name("shapes")),
                 edges: Some(map_name(&name("edges"))),
@@ -677,8 +684,8 @@ impl<'a> Painter<'a> {
     fn physics(&self, plan: &WashPlan) -> LivingParams {
         let params = self.params();
         LivingParams {
-            edge_darkening: plan.edge_darkening * params.rims,
-            evaporation: 0.004,
+            edge_darkening: 2.5 * plan.edge_darkening * params.rims,
+            evaporation: 0.006,
             creep_speed: 0.0,
             ..LivingParams::default()
         }

@@ -8,9 +8,9 @@ use rayon::prelude::*;
 use crate::separate::{Limits, MOST, Paints, lab};
 
 /// Colors that stand for a picture.
-const CLUSTERS: usize = 28;
+const CLUSTERS: usize = 22;
 /// Palettes that are followed at a time.
-const BEAM: usize = 6;
+const BEAM: usize = 4;
 /// Gain, CIEDE2000, below which a further pigment is not worth its place.
 const WORTH: f64 = 0.1;
 
@@ -110,7 +110,7 @@ pub fn choose<'a>(
         !pigment.character.contains(&Character::Interference) && !pigment.id.ends_with("-white")
     };
     let stock: Vec<&Pigment> = stock.into_iter().filter(usable).collect();
-    let limits = Limits { each: 2.0, total: 3.0, thrift: 0.5, keeping: 0.0, rounds: 14, hue: 1.0 };
+    let limits = Limits { each: 2.0, total: 3.0, thrift: 0.5, keeping: 0.0, rounds: 9, hue: 1.0 };
     let colorful = clusters.iter().map(|([_, a, b], weight)| f64::from(libm::hypotf(*a, *b)) * weight);
     let colorful = (colorful.sum::<f64>() / 15.0).min(1.0);
     let score = |palette: &Vec<usize>| {

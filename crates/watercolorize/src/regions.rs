@@ -189,9 +189,10 @@ pub fn connected<L: Copy + PartialEq>(labels: &Raster<L>) -> Regions {
 pub fn voted<L: Copy + PartialEq + Send + Sync>(labels: &Raster<L>, sigma: f64) -> (Raster<L>, Raster<f32>) {
     let (width, height) = (labels.width(), labels.height());
     let sigma = sigma.max(0.3);
-    let radius = libm::ceil(2.5 * sigma) as usize;
+    let radius = libm::ceil(2.0 * sigma) as usize;
     let weights = girtin_grid::blur::gaussian_weights(sigma, radius);
-    let near = near_borders(labels, radius);
+    // Farther inside the label cannot lose its vote.
+    let near = near_borders(labels, libm::ceil(1.5 * sigma) as usize);
     // Across a straight border the difference of two votes grows so with distance.
     let to_cells = (sigma * libm::sqrt(2.0 * core::f64::consts::PI) / 2.0) as f32;
     let cells: Vec<(L, f32)> = (0..height)

@@ -7,6 +7,9 @@ use rayon::prelude::*;
 /// Most pigments that are mixed in a wash.
 pub const MOST: usize = 8;
 
+/// Gain, Lab², that is not worth another round.
+const ENOUGH: f32 = 0.05;
+
 /// What a separation may do.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
@@ -130,7 +133,7 @@ impl Paints {
                 let gained = best - next_cost;
                 (amounts, error, slopes, best) = (next, next_error, next_slopes, next_cost);
                 damping *= 0.4;
-                if gained < 1e-3 {
+                if gained < ENOUGH {
                     break;
                 }
             } else {

@@ -20,7 +20,7 @@ parameters! {
             acts: Simulation, doc: "How much is drawn exactly where the eye rests.", source: "custom",
         }
         plan_cells: u32 {
-            symbol: "S", label: "Planning size", unit: "cells", default: 720, hard: (64.0, 2000.0), soft: (480.0, 1200.0),
+            symbol: "S", label: "Planning size", unit: "cells", default: 640, hard: (64.0, 2000.0), soft: (480.0, 1200.0),
             acts: Simulation, doc: "Cells along the long edge that the painting is planned and its water simulated on.", source: "custom",
         }
         wetness: f64 {
