@@ -42,7 +42,7 @@ const HEAVY: [&str; 19] = [
     "exr",
     "tiff",
     "gif",
-    "zune-core",
+    "flate2",
     "zune-jpeg",
     "moxcms",
     "kamadak-exif",

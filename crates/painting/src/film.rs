@@ -169,16 +169,16 @@ impl<W: Write> Film<W> {
 
 /// Columns and rows in which two frames differ, one of each at least.
 fn changed(before: &Raster<[u8; 3]>, frame: &Raster<[u8; 3]>) -> [Range<usize>; 2] {
-    let (mut xs, mut ys) = (usize::MAX..0, usize::MAX..0);
+    let mut found: Option<[Range<usize>; 2]> = None;
     for y in 0..frame.height() {
         let (old, new) = (before.row(y), frame.row(y));
         let differs = |x: &usize| old[*x] != new[*x];
         let Some(first) = (0..new.len()).find(differs) else { continue };
         let last = (first..new.len()).rev().find(differs).unwrap_or(first);
-        xs = xs.start.min(first)..xs.end.max(last + 1);
-        ys = ys.start.min(y)..y + 1;
+        let [xs, ys] = found.unwrap_or([first..last + 1, y..y + 1]);
+        found = Some([xs.start.min(first)..xs.end.max(last + 1), ys.start..y + 1]);
     }
-    if xs.is_empty() { [0..1, 0..1] } else { [xs, ys] }
+    found.unwrap_or([0..1, 0..1])
 }
 
 /// How long a frame is shown, so that frame `n` ends as near to its time as hundredths of a second can tell.

@@ -4,11 +4,11 @@ use std::io::Read;
 
 use image::DynamicImage;
 use image::metadata::Orientation;
-use zune_core::bytestream::ZCursor;
-use zune_core::colorspace::ColorSpace;
-use zune_core::options::DecoderOptions;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::errors::DecodeErrors;
+use zune_jpeg::zune_core::bytestream::ZCursor;
+use zune_jpeg::zune_core::colorspace::ColorSpace;
+use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::decode::{Decoded, one_line, roomy};
 use super::{PictureError, PictureLimits};
@@ -44,7 +44,9 @@ pub(super) fn decode(
     };
     let size = (width as u32, height as u32);
     // Progressive files are gathered as 16-bit coefficients before they become pixels.
-    let decoding = (bytes.len() + 3 * channels * width * height) as u64;
+    let is_progressive = decoder.info().is_some_and(|info| info.sof.is_progressive());
+    let sample_bytes = if is_progressive { 3 } else { 1 };
+    let decoding = bytes.len() as u64 + sample_bytes * (channels * width * height) as u64;
     roomy(size, limits, decoding, value_bytes)?;
     if !is_complete(&bytes) {
         return Err(PictureError::Truncated);

@@ -161,11 +161,7 @@ fn is_raw(reader: &mut (impl Read + Seek)) -> Option<bool> {
         let long = if is_big_endian { [v3, v2, v1, v0] } else { [v0, v1, v2, v3] };
         match short([t0, t1]) {
             NEW_SUBFILE_TYPE => is_reduced = u32::from_le_bytes(long) & 1 == 1,
-            COMPRESSION => {
-                if OWN_COMPRESSIONS.contains(&short([v0, v1])) {
-                    return Some(true);
-                }
-            }
+            COMPRESSION if OWN_COMPRESSIONS.contains(&short([v0, v1])) => return Some(true),
             SUB_IFDS => has_pages_below = true,
             DNG_VERSION => return Some(true),
             _ => {}

@@ -95,7 +95,7 @@ impl ToLight {
             Self::Curves { curves, matrix } => {
                 let linear = [0, 1, 2].map(|i| curves[i][stored[i]]);
                 let Some(rows) = matrix else { return linear };
-                rows.map(|[r, g, b]| (r * linear[0] + g * linear[1] + b * linear[2]).clamp(0.0, 1.0))
+                rows.map(|[r, g, b]| within_unit(r * linear[0] + g * linear[1] + b * linear[2]))
             }
             Self::Grid(grid) => grid.light(stored.map(|value| value as f32 / white as f32)),
             Self::Inks { curve } => {
@@ -115,8 +115,12 @@ fn table(white: usize, value: impl Fn(f64) -> f32) -> Vec<f32> {
 
 fn curve(trc: Option<&ToneReprCurve>, white: usize) -> Result<Vec<f32>, CmsError> {
     let curve = trc.ok_or(CmsError::BuildTransferFunction)?.make_linear_evaluator()?;
-    // `max` and `min` in this order make 0 of what is no number.
-    Ok(table(white, |value| curve.evaluate_value(value as f32).max(0.0).min(1.0)))
+    Ok(table(white, |value| within_unit(curve.evaluate_value(value as f32))))
+}
+
+/// The nearest from 0 to 1; 0 for what is no number, as damaged profiles make it.
+fn within_unit(value: f32) -> f32 {
+    if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
 
 /// The rows of a matrix, each with sum 1: profiles round, and white is to stay white.
@@ -162,7 +166,7 @@ impl Grid {
         transform.transform(&stored, colors.as_flattened_mut())?;
         for value in colors.as_flattened_mut() {
             // To 16 bits: the last bit of a float may differ between processors.
-            *value = (value.max(0.0).min(1.0) * 65535.0).round() / 65535.0;
+            *value = (within_unit(*value) * 65535.0).round() / 65535.0;
         }
         let decoded = table(DECODED, |value| decode_srgb(value) as f32);
         Ok(Self { channels, nodes, colors, decoded })

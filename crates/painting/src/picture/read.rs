@@ -113,12 +113,12 @@ impl Told<'_> {
         };
         let (way, note) = ToLight::of(self.profile, channels, white);
         let pixel = |stored: &[P::Subpixel]| {
-            let (stored, alpha) = match stored {
-                &[l] => ([l.into(); 4], white),
-                &[l, a] => ([l.into(); 4], a.into()),
-                &[r, g, b] => ([r.into(), g.into(), b.into(), 0], white),
-                &[r, g, b, a] if self.are_inks => ([r, g, b, a].map(Into::into), white),
-                &[r, g, b, a] => ([r.into(), g.into(), b.into(), 0], a.into()),
+            let (stored, alpha) = match *stored {
+                [l] => ([l.into(); 4], white),
+                [l, a] => ([l.into(); 4], a.into()),
+                [r, g, b] => ([r.into(), g.into(), b.into(), 0], white),
+                [r, g, b, a] if self.are_inks => ([r, g, b, a].map(Into::into), white),
+                [r, g, b, a] => ([r.into(), g.into(), b.into(), 0], a.into()),
                 _ => ([0; 4], 0),
             };
             let light = way.light(stored, white);

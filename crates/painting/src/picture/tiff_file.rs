@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::io::{self, Cursor, Write};
+use std::ops::Range;
 
 use flate2::Compression;
 use flate2::write::ZlibEncoder;
@@ -10,7 +11,7 @@ use tiff::encoder::{Rational, TiffEncoder, TiffValue};
 use tiff::tags::{CompressionMethod, PhotometricInterpretation, Predictor, ResolutionUnit, Tag, Type};
 
 use super::meta::{dots_per_inch, sides, srgb_profile};
-use super::write::{Rows, eight, row_of};
+use super::write::{Rows, deep_row, flat_row};
 use super::{PictureMeta, WriteError};
 
 impl From<TiffError> for WriteError {
@@ -76,32 +77,35 @@ pub(super) fn write(
         tags.write_tag(Tag::ImageDescription, Text::of(&lines))?;
     }
     tags.finish()?;
-    drop(encoder);
     writer.write_all(file.get_ref()).and_then(|()| writer.flush()).map_err(WriteError::Write)
 }
 
-/// Rows as differences of neighbours, in the byte order of the machine as the encoder's header says, deflated.
-fn packed(picture: &impl Rows, rows: std::ops::Range<usize>, is_deep: bool) -> io::Result<Vec<u8>> {
+/// Rows as differences of neighbors, in the byte order of the machine as the encoder's header says, deflated.
+fn packed(picture: &impl Rows, rows: Range<usize>, is_deep: bool) -> io::Result<Vec<u8>> {
     let mut strip = ZlibEncoder::new(Vec::new(), Compression::new(6));
-    let mut bytes = Vec::new();
     for y in rows {
-        bytes.clear();
-        let mut before = [0; 3];
-        for pixel in row_of(picture, y) {
-            let pixel = if is_deep { pixel } else { pixel.map(|value| u16::from(eight(value))) };
-            for (value, before) in pixel.iter().zip(before) {
-                let step = value.wrapping_sub(before);
-                if is_deep {
-                    bytes.extend_from_slice(&step.to_ne_bytes());
-                } else {
-                    bytes.push(step as u8);
-                }
-            }
-            before = pixel;
+        if is_deep {
+            let steps = steps(&deep_row(picture, y), |value, before: u16| value.wrapping_sub(before));
+            let bytes: Vec<u8> = steps.as_flattened().iter().flat_map(|step| step.to_ne_bytes()).collect();
+            strip.write_all(&bytes)?;
+        } else {
+            let steps = steps(&flat_row(picture, y), |value, before: u8| value.wrapping_sub(before));
+            strip.write_all(steps.as_flattened())?;
         }
-        strip.write_all(&bytes)?;
     }
     strip.finish()
+}
+
+/// What each pixel is more than the one before it.
+fn steps<T: Copy + Default>(row: &[[T; 3]], step: impl Fn(T, T) -> T) -> Vec<[T; 3]> {
+    let mut before = [T::default(); 3];
+    row.iter()
+        .map(|pixel| {
+            let steps = std::array::from_fn(|i| step(pixel[i], before[i]));
+            before = *pixel;
+            steps
+        })
+        .collect()
 }
 
 /// A text with a zero byte at its end, and none before. UTF-8, though TIFF knows ASCII only.

@@ -4,10 +4,12 @@ use std::cell::RefCell;
 use std::io::Write;
 
 use girtin_grid::Raster;
+use girtin_optics::LinearRgb;
 use image::codecs::jpeg::{JpegEncoder, PixelDensity};
 use image::codecs::webp::WebPEncoder;
 use image::{ExtendedColorType, GenericImageView, ImageEncoder, Rgb};
 use png::{BitDepth, ColorType};
+use rayon::prelude::*;
 
 use super::meta::{dots_per_inch, sides, srgb_profile};
 use super::{PictureMeta, WriteError, png_file, tiff_file};
@@ -54,23 +56,16 @@ impl PictureFormat {
     }
 }
 
-/// A picture whose rows are asked for from top to bottom.
+/// A picture whose rows are asked for from top to bottom, as sRGB.
 pub trait Rows {
     /// Columns and rows.
     fn size(&self) -> (usize, usize);
 
-    /// Fills in one row of sRGB; 8 bits are widened by 257.
-    fn row(&self, y: usize, row: &mut [[u16; 3]]);
-}
+    /// Fills in one row of 8 bits.
+    fn row_8(&self, y: usize, row: &mut [[u8; 3]]);
 
-impl Rows for Raster<[u16; 3]> {
-    fn size(&self) -> (usize, usize) {
-        (self.width(), self.height())
-    }
-
-    fn row(&self, y: usize, row: &mut [[u16; 3]]) {
-        row.copy_from_slice(Raster::row(self, y));
-    }
+    /// Fills in one row of 16 bits.
+    fn row_16(&self, y: usize, row: &mut [[u16; 3]]);
 }
 
 impl Rows for Raster<[u8; 3]> {
@@ -78,23 +73,64 @@ impl Rows for Raster<[u8; 3]> {
         (self.width(), self.height())
     }
 
-    fn row(&self, y: usize, row: &mut [[u16; 3]]) {
-        for (deep, pixel) in row.iter_mut().zip(Raster::row(self, y)) {
+    fn row_8(&self, y: usize, row: &mut [[u8; 3]]) {
+        row.copy_from_slice(self.row(y));
+    }
+
+    fn row_16(&self, y: usize, row: &mut [[u16; 3]]) {
+        for (deep, pixel) in row.iter_mut().zip(self.row(y)) {
             *deep = pixel.map(|value| u16::from(value) * 257);
         }
     }
 }
 
-/// One row, by itself.
-pub(super) fn row_of(picture: &impl Rows, y: usize) -> Vec<[u16; 3]> {
+impl Rows for Raster<[u16; 3]> {
+    fn size(&self) -> (usize, usize) {
+        (self.width(), self.height())
+    }
+
+    fn row_8(&self, y: usize, row: &mut [[u8; 3]]) {
+        for (flat, pixel) in row.iter_mut().zip(self.row(y)) {
+            *flat = pixel.map(|value| ((u32::from(value) + 128) / 257) as u8);
+        }
+    }
+
+    fn row_16(&self, y: usize, row: &mut [[u16; 3]]) {
+        row.copy_from_slice(self.row(y));
+    }
+}
+
+/// Light, encoded row by row: 8 bits are those of [`crate::composite::encode`].
+impl Rows for Raster<LinearRgb> {
+    fn size(&self) -> (usize, usize) {
+        (self.width(), self.height())
+    }
+
+    fn row_8(&self, y: usize, row: &mut [[u8; 3]]) {
+        let light = self.row(y).par_iter();
+        row.par_iter_mut().zip(light).for_each(|(pixel, light)| *pixel = light.to_srgb().to_bytes());
+    }
+
+    fn row_16(&self, y: usize, row: &mut [[u16; 3]]) {
+        let light = self.row(y).par_iter();
+        row.par_iter_mut().zip(light).for_each(|(pixel, light)| {
+            *pixel = light.to_srgb().0.map(|value| (value.clamp(0.0, 1.0) * 65535.0).round() as u16);
+        });
+    }
+}
+
+/// One row of 8 bits, by itself.
+pub(super) fn flat_row(picture: &impl Rows, y: usize) -> Vec<[u8; 3]> {
     let mut row = vec![[0; 3]; picture.size().0];
-    picture.row(y, &mut row);
+    picture.row_8(y, &mut row);
     row
 }
 
-/// The nearest of 8 bits.
-pub(super) fn eight(value: u16) -> u8 {
-    ((u32::from(value) + 128) / 257) as u8
+/// One row of 16 bits, by itself.
+pub(super) fn deep_row(picture: &impl Rows, y: usize) -> Vec<[u16; 3]> {
+    let mut row = vec![[0; 3]; picture.size().0];
+    picture.row_16(y, &mut row);
+    row
 }
 
 /// Writes a picture; equal pictures give equal bytes.
@@ -115,13 +151,13 @@ pub fn write_picture(
         PictureFormat::Png8 => {
             let kind = (ColorType::Rgb, BitDepth::Eight);
             png_file::encode(writer, picture.size(), kind, meta, |y, bytes| {
-                bytes.extend(row_of(picture, y).as_flattened().iter().map(|&value| eight(value)));
+                bytes.extend_from_slice(flat_row(picture, y).as_flattened());
             })
         }
         PictureFormat::Png16 => {
             let kind = (ColorType::Rgb, BitDepth::Sixteen);
             png_file::encode(writer, picture.size(), kind, meta, |y, bytes| {
-                let row = row_of(picture, y);
+                let row = deep_row(picture, y);
                 bytes.extend(row.as_flattened().iter().flat_map(|value| value.to_be_bytes()));
             })
         }
@@ -179,7 +215,7 @@ impl<P: Rows> GenericImageView for Blocks<'_, P> {
             *held = y / BLOCK;
             pixels.clear();
             for y in *held * BLOCK..height.min((*held + 1) * BLOCK) {
-                pixels.extend(row_of(self.picture, y as usize).iter().map(|pixel| pixel.map(eight)));
+                pixels.extend(flat_row(self.picture, y as usize));
             }
         }
         Rgb(pixels[(y % BLOCK * width + x) as usize])
@@ -196,7 +232,7 @@ fn webp(mut writer: impl Write, picture: &impl Rows, meta: &PictureMeta) -> Resu
     }
     let mut bytes = Vec::with_capacity(picture.size().0 * picture.size().1 * 3);
     for y in 0..picture.size().1 {
-        bytes.extend(row_of(picture, y).as_flattened().iter().map(|&value| eight(value)));
+        bytes.extend_from_slice(flat_row(picture, y).as_flattened());
     }
     encoder.encode(&bytes, columns, rows, ExtendedColorType::Rgb8)?;
     writer.flush().map_err(WriteError::Write)

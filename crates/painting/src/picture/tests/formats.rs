@@ -67,6 +67,22 @@ fn eight_bits_are_written_as_they_are() {
 }
 
 #[test]
+fn light_is_written_as_it_is_encoded() {
+    let light = Raster::from_fn(300, 4, |x, y| {
+        let value = |i: usize| (x as f64 / 299.0).powi(1 + y as i32 + i as i32) * 1.02 - 0.01;
+        girtin_optics::LinearRgb([0, 1, 2].map(value))
+    });
+    let bytes = crate::composite::encode(&light);
+    assert_eq!(written(&light, PictureFormat::Png8, &meta()), written(&bytes, PictureFormat::Png8, &meta()));
+    let deep = seen(&written(&light, PictureFormat::Tiff16, &meta())).unwrap().pixels;
+    for (found, wanted) in deep.as_slice().iter().zip(light.as_slice()) {
+        for (&found, wanted) in found.iter().zip(wanted.0) {
+            assert!((f64::from(found) - wanted.clamp(0.0, 1.0)).abs() < 4e-5, "{found} is not {wanted}");
+        }
+    }
+}
+
+#[test]
 fn equal_pictures_give_equal_bytes() {
     for format in ALL {
         assert_eq!(written(&ramp(20, 9), format, &meta()), written(&ramp(20, 9), format, &meta()));
@@ -116,7 +132,7 @@ fn resolution_and_texts_are_told() {
         assert_eq!(lines, ["girtin:seed: 7\nTitle: Kirkstall — œuvre".as_bytes()]);
         let plain = written(&ramp(9, 9), format, &PictureMeta::default());
         let exif = exif::Reader::new().read_from_container(&mut Cursor::new(&plain));
-        assert!(exif.is_ok_and(|exif| exif.get_field(Tag::Software, In::PRIMARY).is_some()) == false);
+        assert!(!exif.is_ok_and(|exif| exif.get_field(Tag::Software, In::PRIMARY).is_some()));
     }
     let jpeg = written(&ramp(9, 9), PictureFormat::Jpeg { quality: 80 }, &meta());
     // JFIF: dots per inch, twice 300.

@@ -300,6 +300,16 @@ fn inks_are_guessed_and_it_is_said() {
 }
 
 #[test]
+fn inks_of_a_tiff_are_guessed_as_well() {
+    let mut file = Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut file).unwrap();
+    encoder.write_image::<tiff::encoder::colortype::CMYK8>(1, 1, &[255, 0, 0, 0]).unwrap();
+    let photo = seen(file.get_ref()).unwrap();
+    assert!(photo.notes[0].contains("CMYK"), "{:?}", photo.notes);
+    assert_near(photo.pixels.at(0, 0), [0.0, 1.0, 1.0], 0.0);
+}
+
+#[test]
 fn inks_as_luma_and_chroma_are_separated() {
     // The same numbers, said to be luma and chroma: 0, 255, 255 for cyan, 255 thrice for white.
     let mut bytes = INKS.to_vec();
