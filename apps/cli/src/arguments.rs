@@ -33,7 +33,14 @@ impl PigmentFiles {
     /// # Errors
     /// A file cannot be read or is no pigment.
     pub fn library(&self) -> Result<Library, Failure> {
-        let mut library = Library::builtin();
+        self.over(Library::builtin())
+    }
+
+    /// A library and these, in the place of its own of the same id.
+    ///
+    /// # Errors
+    /// As [`PigmentFiles::library`].
+    pub fn over(&self, mut library: Library) -> Result<Library, Failure> {
         for path in &self.files {
             let text = input::read_text(path)?;
             library = library.with(Pigment::from_toml(&path.display().to_string(), &text)?);
@@ -115,9 +122,9 @@ pub struct MeansArgs {
 /// How finely the water of living washes is simulated.
 #[derive(Clone, Copy, Debug, clap::Args)]
 pub struct WaterArgs {
-    /// How finely the water of living washes is simulated
-    #[arg(long, value_name = "DETAIL", value_enum, default_value_t = Water::Full)]
-    water: Water,
+    /// How finely the water of living washes is simulated; full, but a .girtin file's as it was painted
+    #[arg(long, value_name = "DETAIL", value_enum)]
+    water: Option<Water>,
 }
 
 /// See [`WaterDetail`].
@@ -131,10 +138,11 @@ enum Water {
 
 impl WaterArgs {
     /// As the library says it.
-    pub fn detail(self) -> WaterDetail {
+    pub fn detail(self, unsaid: WaterDetail) -> WaterDetail {
         match self.water {
-            Water::Full => WaterDetail::Full,
-            Water::Coarse => WaterDetail::Coarse,
+            Some(Water::Full) => WaterDetail::Full,
+            Some(Water::Coarse) => WaterDetail::Coarse,
+            None => unsaid,
         }
     }
 }

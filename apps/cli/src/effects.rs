@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use girtin::painting::gallery::{EFFECTS, Example, LIVING};
-use girtin::painting::{Document, Stock};
+use girtin::painting::{Document, MapChest, Stock, WaterDetail};
 
 use crate::arguments::{MeansArgs, WaterArgs};
 use crate::failure::{Failure, Kind};
@@ -108,10 +108,8 @@ pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         let job = Job {
             stock: &stock,
             document: &document,
-            name: example.name,
-            text: example.text,
-            folder: None,
-            water: args.water.detail(),
+            maps: &MapChest::default(),
+            water: args.water.detail(WaterDetail::Full),
             means: args.means,
             interrupt,
         };

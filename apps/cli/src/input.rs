@@ -46,15 +46,34 @@ fn spool(mut pipe: impl Read) -> io::Result<Box<dyn Source>> {
     Ok(Box::new(file))
 }
 
+/// The first bytes of an input, at most so many; what follows reads from its start again.
+///
+/// # Errors
+/// It cannot be read.
+pub fn beginning(path: &Path, source: &mut dyn Source, most: u64) -> Result<Vec<u8>, Failure> {
+    let mut bytes = Vec::new();
+    let read = source.take(most).read_to_end(&mut bytes).and_then(|_| source.seek(SeekFrom::Start(0)));
+    read.map_err(|error| cannot_read(path, &error))?;
+    Ok(bytes)
+}
+
 /// The text of a TOML file.
 ///
 /// # Errors
 /// There is no such file, it cannot be read or is not text.
 pub fn read_text(path: &Path) -> Result<String, Failure> {
+    text_of(path, &mut *open(path)?)
+}
+
+/// The text of an input that is open.
+///
+/// # Errors
+/// It cannot be read or is not text.
+pub fn text_of(path: &Path, source: &mut dyn Source) -> Result<String, Failure> {
     let mut bytes = Vec::new();
     // One byte more than is read as TOML, which then says so.
     let most = girtin::params::read::MAX_TEXT as u64 + 1;
-    open(path)?.take(most).read_to_end(&mut bytes).map_err(|error| cannot_read(path, &error))?;
+    source.take(most).read_to_end(&mut bytes).map_err(|error| cannot_read(path, &error))?;
     String::from_utf8(bytes).map_err(|error| {
         Failure::input(format!(
             "{} is not text: byte {} is not UTF-8",

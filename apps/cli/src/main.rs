@@ -2,6 +2,7 @@
 //!
 //! A module for every verb; none of them computes anything that the library does not. What verbs share:
 //! - `arguments`: arguments of several verbs;
+//! - `given`: the document that a verb is given, in any of its forms;
 //! - `input`: files, pipes and the standard input;
 //! - `output`: outputs, checked before the work and renamed when they are whole;
 //! - `progress`: how far the work is;
@@ -10,6 +11,7 @@
 #![forbid(unsafe_code)]
 
 mod arguments;
+mod given;
 mod input;
 mod output;
 mod progress;
@@ -24,6 +26,7 @@ mod wash;
 mod pigments;
 mod mix;
 mod paper;
+mod inspect;
 mod bench;
 mod shell;
 
@@ -64,6 +67,7 @@ enum Verb {
     Pigments(pigments::PigmentsArgs),
     Mix(mix::MixArgs),
     Paper(paper::PaperArgs),
+    Inspect(inspect::InspectArgs),
     Bench(bench::BenchArgs),
     Completions(shell::CompletionsArgs),
     Man(shell::ManArgs),
@@ -91,6 +95,7 @@ fn run() -> Result<(), Failure> {
         Verb::Pigments(args) => pigments::run(args, &interrupt),
         Verb::Mix(args) => mix::run(args),
         Verb::Paper(args) => paper::run(args, &interrupt),
+        Verb::Inspect(args) => inspect::run(args),
         Verb::Bench(args) => bench::run(args, &interrupt),
         Verb::Completions(args) => shell::completions(args, &mut Cli::command()),
         Verb::Man(args) => shell::man(args, Cli::command(), &interrupt),

@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, BufWriter, IsTerminal, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use girtin::painting::GirtinFileError;
 use tempfile::NamedTempFile;
 
 use crate::failure::{Failure, Kind, plain};
@@ -50,8 +51,8 @@ pub struct Outputs {
 }
 
 /// Endings that promise a format; another ending is the user's own affair.
-const OTHER_FORMATS: [&str; 13] =
-    ["png", "jpg", "jpeg", "tif", "tiff", "webp", "gif", "bmp", "exr", "svg", "pdf", "npz", "npy"];
+const OTHER_FORMATS: [&str; 14] =
+    ["girtin", "png", "jpg", "jpeg", "tif", "tiff", "webp", "gif", "bmp", "exr", "svg", "pdf", "npz", "npy"];
 
 impl Outputs {
     /// Outputs of a command that reads these files.
@@ -245,10 +246,10 @@ impl From<girtin::painting::state_file::StateFileError> for WriteFault {
     }
 }
 
-impl From<girtin::painting::girtin_file::GirtinFileError> for WriteFault {
-    fn from(error: girtin::painting::girtin_file::GirtinFileError) -> Self {
+impl From<GirtinFileError> for WriteFault {
+    fn from(error: GirtinFileError) -> Self {
         match error {
-            girtin::painting::girtin_file::GirtinFileError::Write(error) => Self::Medium(error),
+            GirtinFileError::Write(error) => Self::Medium(error),
             other => Self::Content(other.to_string()),
         }
     }

@@ -1,40 +1,46 @@
 //! `girtin paint`: carries out a document of glazes.
 
-use std::io;
-use std::path::{Path, PathBuf};
+use std::io::Write;
+use std::path::PathBuf;
 use std::time::Instant;
 
-use girtin::grid::random::fold;
+use girtin::grid::Raster;
+use girtin::painting::girtin_file::thumbnail_png;
 use girtin::painting::map_file::MapError;
-use girtin::painting::picture::{PictureError, write_png};
-use girtin::painting::{Document, PaintConfig, PaintError, ResolveError, Stock, WaterDetail, memory};
-use girtin::paper::Paper;
-use girtin::params::Place;
+use girtin::painting::picture::{PictureError, WriteError, write_png};
+use girtin::painting::{
+    Document, MapChest, PaintConfig, PaintError, Painted, PaintedRecord, ResolveError, Stock, WaterDetail,
+    memory,
+};
 
-use crate::arguments::{MeansArgs, PigmentFiles, WaterArgs, megabytes, real_within};
-use crate::failure::{Failure, plain};
-use crate::input;
+use crate::arguments::{MeansArgs, WaterArgs, megabytes, real_within};
+use crate::failure::Failure;
+use crate::given::{Given, StockFiles};
 use crate::interrupt::Interrupt;
 use crate::output::{Outputs, Staged, Target, print};
 use crate::wash;
 
 /// Paints a document of glazes
 ///
-/// Maps that the document names are looked for in its folder.
+/// A document is TOML or JSON, or a painting that was saved as a .girtin, which has all that it needs in itself. Maps that
+/// a document of text names are looked for in its folder.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
     after_help = "Examples:
-  girtin paint still-life.toml still-life.png
-  girtin paint still-life.toml print.png --scale 4 --water coarse"
+  girtin paint still-life.toml still-life.png --save still-life.girtin
+  girtin paint still-life.girtin print.png --scale 4 --water coarse"
 )]
 pub struct PaintArgs {
-    /// Document, TOML
+    /// Document: TOML, JSON or .girtin; `-` is the standard input
     #[arg(value_name = "DOC")]
     document: PathBuf,
     /// Picture to write, PNG; `-` is the standard output
-    #[arg(value_name = "OUT")]
-    out: PathBuf,
+    #[arg(value_name = "OUT", required_unless_present = "save")]
+    out: Option<PathBuf>,
+    /// Write the painting too, as a .girtin: document, maps, pigments, paper and picture in one file
+    #[arg(long, value_name = "FILE")]
+    save: Option<PathBuf>,
     #[command(flatten)]
     water: WaterArgs,
     /// Times as many pixels to a millimetre as the document says
@@ -44,10 +50,7 @@ pub struct PaintArgs {
     #[arg(long, value_name = "N")]
     seed: Option<u64>,
     #[command(flatten)]
-    pigment_files: PigmentFiles,
-    /// Add a paper from a TOML file; may be repeated
-    #[arg(long = "paper-file", value_name = "FILE")]
-    paper_files: Vec<PathBuf>,
+    stock_files: StockFiles,
     /// Read and check the document, say what would be done, and do nothing
     #[arg(long)]
     dry_run: bool,
@@ -61,34 +64,50 @@ pub struct PaintArgs {
 /// The document or a map of it is bad, or the picture cannot be written.
 pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     args.means.threads.install()?;
-    let mut stock = Stock { pigments: args.pigment_files.library()?, ..Stock::builtin() };
-    for path in &args.paper_files {
-        stock.papers.insert(Paper::from_toml(&path.display().to_string(), &input::read_text(path)?)?);
+    let mut given = Given::read(&args.document, &args.stock_files)?;
+    given.document.sheet.pixels_per_mm *= args.scale;
+    given.document.sheet.seed = args.seed.unwrap_or(given.document.sheet.seed);
+    let inputs = [args.document.as_path()].into_iter().chain(args.stock_files.paths());
+    let mut outputs = Outputs::new(args.means.output, inputs);
+    let picture = args.out.as_ref().map(|out| outputs.claim(out, "png")).transpose()?.flatten();
+    let save = args.save.as_ref().map(|save| outputs.claim(save, "girtin")).transpose()?.flatten();
+    let targets: Vec<&Target> = picture.iter().chain(&save).collect();
+    if targets.is_empty() {
+        return Ok(());
     }
-    let text = input::read_text(&args.document)?;
-    let name = args.document.display().to_string();
-    let mut document = Document::from_toml(&name, &text, &stock)?;
-    document.sheet.pixels_per_mm *= args.scale;
-    document.sheet.seed = args.seed.unwrap_or(document.sheet.seed);
-    let inputs = [&args.document].into_iter().chain(&args.pigment_files.files).chain(&args.paper_files);
-    let mut outputs = Outputs::new(args.means.output, inputs.map(PathBuf::as_path));
-    let Some(target) = outputs.claim(&args.out, "png")? else { return Ok(()) };
-    document.cells().map_err(|error| Failure::input(&error).hint(TOO_LARGE))?;
+    given.document.cells().map_err(|error| Failure::input(&error).hint(TOO_LARGE))?;
     if args.dry_run {
-        return print(&plan(&document));
+        return print(&plan(&given.document));
     }
-    check_memory(args.means, &document, TOO_LARGE)?;
+    check_memory(args.means, &given.document, TOO_LARGE)?;
+    let unsaid = given.painted.as_ref().map(|painted| painted.water).unwrap_or_default();
+    let mut file = given.gather(&targets)?;
+    if save.is_some() {
+        file.check().map_err(|error| {
+            let hint = error.hint().unwrap_or_else(|| TOO_LARGE.to_owned());
+            Failure::input(format!("the painting cannot be saved: {error}")).hint(hint)
+        })?;
+    }
     let job = Job {
-        stock: &stock,
-        document: &document,
-        name: &name,
-        text: &text,
-        folder: args.document.parent(),
-        water: args.water.detail(),
+        stock: &file.stock,
+        document: &file.document,
+        maps: &file.maps,
+        water: args.water.detail(unsaid),
         means: args.means,
         interrupt,
     };
-    job.deliver(&target)
+    let painted = job.paint()?;
+    let developed = job.develop(&painted);
+    let mut staged = Vec::new();
+    if let Some(target) = &picture {
+        staged.push(job.stage(target, &developed)?);
+    }
+    if let Some(target) = &save {
+        file.painted = Some(job.record(&painted, &developed)?);
+        staged.push(target.stage(|writer| Ok(file.write(writer)?))?);
+    }
+    interrupt.check()?;
+    staged.into_iter().try_for_each(Staged::commit)
 }
 
 /// What would be done.
@@ -125,12 +144,8 @@ pub struct Job<'a> {
     pub stock: &'a Stock,
     /// The document.
     pub document: &'a Document,
-    /// Its file's name, for messages.
-    pub name: &'a str,
-    /// Its text, of which the picture tells a fingerprint.
-    pub text: &'a str,
-    /// Where its maps are; without a folder there are none.
-    pub folder: Option<&'a Path>,
+    /// Its maps.
+    pub maps: &'a MapChest,
     /// How finely the water of its living washes is simulated.
     pub water: WaterDetail,
     /// How it is painted and written.
@@ -143,18 +158,16 @@ impl Job<'_> {
     /// Paints the document and gives the picture its name, unless a signal came meanwhile.
     ///
     /// # Errors
-    /// As [`Job::paint`], or it was interrupted.
+    /// The document cannot be painted, its picture not be written, or it was interrupted.
     pub fn deliver(&self, target: &Target) -> Result<(), Failure> {
-        let staged = self.paint(target)?;
+        let developed = self.develop(&self.paint()?);
+        let staged = self.stage(target, &developed)?;
         self.interrupt.check()?;
         staged.commit()
     }
 
-    /// Paints the document; the picture does not have its name yet.
-    ///
-    /// # Errors
-    /// The document cannot be painted, or its picture not be written.
-    fn paint(&self, target: &Target) -> Result<Staged, Failure> {
+    /// Paints the document.
+    fn paint(&self) -> Result<Painted, Failure> {
         self.means.talk.detail(&plan(self.document));
         let start = Instant::now();
         let progress = self.means.talk.start(self.document.steps(), "steps");
@@ -165,29 +178,42 @@ impl Job<'_> {
             progress: Some(&tell),
             ..PaintConfig::default()
         };
-        let open = |name: &str| -> io::Result<Vec<u8>> {
-            let folder = self.folder.ok_or(io::ErrorKind::NotFound)?;
-            let path = folder.join(name);
-            if target.is(&path) {
-                return Err(io::Error::other("it is the output as well"));
-            }
-            std::fs::read(path)
-        };
-        let painted = self.document.paint(self.stock, &open, &config);
+        let painted = self.document.paint(self.stock, self.maps, &config);
         progress.end();
         let painted = painted.map_err(|error| self.failed(&error))?;
         self.interrupt.check()?;
-        let (seconds, start) = (start.elapsed().as_secs_f64(), Instant::now());
-        let picture = painted.development().encoded(|color| color.to_srgb().to_bytes());
-        let seed = self.document.sheet.seed.to_string();
-        let words = [("Seed", seed), ("Document", format!("{:016x}", fingerprint(self.text)))];
-        let meta = self.means.picture.meta(Some(painted.sheet.pixels_per_mm), &words);
-        let staged = target.stage(|writer| Ok(write_png(writer, &picture, &meta)?))?;
-        self.means.talk.detail(&format!(
-            "painted in {seconds:.2} s; encoded and written in {:.2} s",
-            start.elapsed().as_secs_f64()
-        ));
+        self.means.talk.detail(&format!("painted in {:.2} s", start.elapsed().as_secs_f64()));
+        Ok(painted)
+    }
+
+    /// The picture in bytes of sRGB.
+    fn develop(&self, painted: &Painted) -> Raster<[u8; 3]> {
+        painted.development().encoded(|color| color.to_srgb().to_bytes())
+    }
+
+    /// Writes the picture, which does not have its name yet.
+    fn stage(&self, target: &Target, developed: &Raster<[u8; 3]>) -> Result<Staged, Failure> {
+        let start = Instant::now();
+        let staged = target.stage(|writer| Ok(self.encode(writer, developed)?))?;
+        self.means.talk.detail(&format!("encoded and written in {:.2} s", start.elapsed().as_secs_f64()));
         Ok(staged)
+    }
+
+    fn encode(&self, writer: impl Write, developed: &Raster<[u8; 3]>) -> Result<(), WriteError> {
+        let seed = self.document.sheet.seed.to_string();
+        let fingerprint = format!("{:016x}", self.document.fingerprint(self.maps));
+        let words = [("Seed", seed), ("Document", fingerprint)];
+        let meta = self.means.picture.meta(Some(self.document.sheet.pixels_per_mm), &words);
+        write_png(writer, developed, &meta)
+    }
+
+    /// What a file tells of the painting.
+    fn record(&self, painted: &Painted, developed: &Raster<[u8; 3]>) -> Result<PaintedRecord, Failure> {
+        let mut merged = Vec::new();
+        let pictures = self.encode(&mut merged, developed).and_then(|()| thumbnail_png(developed));
+        let thumbnail = pictures.map_err(Failure::failed)?;
+        let balances = painted.glazes.iter().map(|glaze| glaze.pigments.clone()).collect();
+        Ok(PaintedRecord { water: self.water, balances, merged, thumbnail })
     }
 
     fn failed(&self, error: &PaintError) -> Failure {
@@ -203,27 +229,10 @@ impl Job<'_> {
                     ..
                 },
             ) => Failure::failed(error).hint(TOO_LARGE),
-            PaintError::Resolve(ResolveError::Open { file, place, source }) => {
-                let said = format!("cannot read map `{file}`: {}", plain(source));
-                self.said_at(place, &said, "maps lie in the document's folder")
-            }
-            PaintError::Resolve(ResolveError::Map { place, source, .. }) => {
-                self.said_at(place, &error.to_string(), source.hint().unwrap_or("save the map again"))
-            }
             _ => Failure::input(error).hint("mend the document"),
         }
-    }
-
-    /// What is wrong with something that the document names.
-    fn said_at(&self, place: &Place, message: &str, hint: &str) -> Failure {
-        place.problem(self.name, self.text, message, hint).into()
     }
 }
 
 /// What to do about too many cells.
 const TOO_LARGE: &str = "change `--scale`, `pixels_per_mm` or `cells_per_pixel`";
-
-/// A number that tells documents apart.
-fn fingerprint(text: &str) -> u64 {
-    text.bytes().fold(0, |sum, byte| fold(sum, u64::from(byte)))
-}

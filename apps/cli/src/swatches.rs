@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use girtin::painting::gallery::SWATCHES;
-use girtin::painting::{Stock, WaterDetail};
+use girtin::painting::{MapChest, Stock, WaterDetail};
 
 use crate::arguments::MeansArgs;
 use crate::effects::{GALLERY_MEMORY, GalleryArgs};
@@ -45,9 +45,7 @@ pub fn run(args: &SwatchesArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let job = Job {
         stock: &stock,
         document: &document,
-        name: SWATCHES.name,
-        text: SWATCHES.text,
-        folder: None,
+        maps: &MapChest::default(),
         water: WaterDetail::Full,
         means: args.means,
         interrupt,

@@ -250,11 +250,16 @@ fn read_state(args: &WashArgs) -> Result<WashState, Failure> {
             let said = format!("{name} alone takes more memory than `--memory` allows: {}", megabytes(most));
             return Failure::failed(said).hint(format!("{FEWER}, or allow more"));
         }
-        let is_outside = matches!(error, StateFileError::Read(_) | StateFileError::NoRoom(_));
-        let kind = if is_outside { Kind::Failed } else { Kind::Input };
-        let hint = error.hint().unwrap_or_else(|| "every array must fit `wet_mask`".to_owned());
-        Failure::new(kind, format!("{name}: {error}")).hint(hint)
+        unread(&name, &error)
     })
+}
+
+/// Why a state cannot be read.
+pub fn unread(name: &str, error: &StateFileError) -> Failure {
+    let is_outside = matches!(error, StateFileError::Read(_) | StateFileError::NoRoom(_));
+    let kind = if is_outside { Kind::Failed } else { Kind::Input };
+    let hint = error.hint().unwrap_or_else(|| "every array must fit `wet_mask`".to_owned());
+    Failure::new(kind, format!("{name}: {error}")).hint(hint)
 }
 
 /// The picture that is painted on, if it is one.

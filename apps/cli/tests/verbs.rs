@@ -7,8 +7,19 @@ use std::process::Stdio;
 use common::{Folder, Ran, holds, png_size};
 use serde_json::Value;
 
-const VERBS: [&str; 10] =
-    ["paint", "effects", "swatches", "wash", "pigments", "mix", "paper", "bench", "completions", "man"];
+const VERBS: [&str; 11] = [
+    "paint",
+    "effects",
+    "swatches",
+    "wash",
+    "pigments",
+    "mix",
+    "paper",
+    "inspect",
+    "bench",
+    "completions",
+    "man",
+];
 
 fn run(line: &str) -> Ran {
     Folder::new().run(line).fine()
@@ -170,7 +181,7 @@ fn every_verb_has_a_man_page() {
     // As in the help: options, then inputs and outputs in their order.
     for (verb, usage) in [
         ("girtin", "girtin <COMMAND>"),
-        ("girtin-paint", "girtin paint [OPTIONS] <DOC> <OUT>"),
+        ("girtin-paint", "girtin paint [OPTIONS] <DOC> [OUT]"),
         ("girtin-effects", "girtin effects [OPTIONS] <OUT_DIR>"),
         ("girtin-wash", "girtin wash [OPTIONS] --state <FILE> --steps <N>"),
         ("girtin-bench-wash", "girtin bench wash [OPTIONS]"),

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 
 use girtin_grid::Raster;
+use girtin_grid::memory::probe;
 use girtin_grid::random::fold;
 
 use crate::document::Document;
@@ -61,8 +62,10 @@ impl StoredMap {
 
     /// Amounts from 0 to 1, in 255ths if they are such, else rounded to 65535ths.
     pub fn nearest(amounts: &Raster<f32>) -> Self {
-        let bytes = Self::bytes(amounts);
-        if bytes.amounts() == *amounts { bytes } else { Self::words(amounts) }
+        let is_byte =
+            |&amount: &f32| amount <= 1.0 && (f64::from((amount * 255.0).round()) / 255.0) as f32 == amount;
+        let are_bytes = amounts.as_slice().iter().all(is_byte);
+        if are_bytes { Self::bytes(amounts) } else { Self::words(amounts) }
     }
 
     /// Columns and rows.
@@ -107,6 +110,8 @@ pub struct MapChest(pub BTreeMap<String, StoredMap>);
 impl Maps for MapChest {
     fn map(&self, name: &str) -> Result<Raster<f32>, MapFault> {
         let map = self.0.get(name).ok_or(io::ErrorKind::NotFound).map_err(io::Error::from)?;
+        let [width, height] = map.size();
+        probe([(width * height * size_of::<f32>()) as u64]).map_err(MapError::from)?;
         Ok(map.amounts())
     }
 }
@@ -122,7 +127,9 @@ impl MapChest {
         for name in document.map_names_mut() {
             if !named.contains_key(&name.file) {
                 let short = chest.free_name(&name.file);
-                chest.0.insert(short.clone(), StoredMap::nearest(&load(name, maps)?));
+                let map = load(name, maps)?;
+                probe([(map.width() * map.height() * size_of::<u16>()) as u64])?;
+                chest.0.insert(short.clone(), StoredMap::nearest(&map));
                 named.insert(name.file.clone(), short);
             }
             name.file.clone_from(&named[&name.file]);
@@ -207,6 +214,7 @@ mod tests {
         let of = |value: f32| StoredMap::nearest(&Raster::new(1, 1, value));
         assert_eq!(of((77.0 / 255.0) as f32), StoredMap::Bytes(Raster::new(1, 1, 77)));
         assert_eq!(of((12345.0 / 65535.0) as f32), StoredMap::Words(Raster::new(1, 1, 12345)));
+        assert_eq!(of(1.0), StoredMap::Bytes(Raster::new(1, 1, 255)));
         assert_eq!(of(2.0), StoredMap::Words(Raster::new(1, 1, 65535)));
     }
 }

@@ -22,11 +22,11 @@ use std::path::{Path, PathBuf};
 use clap::builder::PossibleValuesParser;
 use girtin::painting::Stock;
 use girtin::painting::picture::{PictureFormat, PictureLimits};
-use girtin::paper::Paper;
 
-use crate::arguments::{MeansArgs, PigmentFiles};
+use crate::arguments::MeansArgs;
 use crate::failure::{Failure, Kind};
 use crate::input;
+use crate::given::StockFiles;
 use crate::interrupt::Interrupt;
 use crate::output::Outputs;
 
@@ -60,7 +60,7 @@ pub struct WatercolorizeArgs {
     #[command(flatten)]
     asked: AskedArgs,
     #[command(flatten)]
-    stock: StockArgs,
+    stock: StockFiles,
     #[command(flatten)]
     masks: MaskArgs,
     #[command(flatten)]
@@ -75,17 +75,6 @@ pub struct WatercolorizeArgs {
     dry_run: bool,
     #[command(flatten)]
     means: MeansArgs,
-}
-
-/// The painter's own paints and papers.
-#[derive(Clone, Debug, clap::Args)]
-#[command(next_help_heading = "Painting")]
-struct StockArgs {
-    #[command(flatten)]
-    pigments: PigmentFiles,
-    /// Add a paper from a TOML file; may be repeated
-    #[arg(long = "paper-file", value_name = "FILE")]
-    papers: Vec<PathBuf>,
 }
 
 /// How large the picture is, and in which format.
@@ -132,10 +121,7 @@ fn bits(text: &str) -> Result<u8, String> {
 /// The command line is wrong, an output cannot be written, or a photograph cannot be painted.
 pub fn run(args: &WatercolorizeArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     args.means.threads.install()?;
-    let mut stock = Stock { pigments: args.stock.pigments.library()?, ..Stock::builtin() };
-    for path in &args.stock.papers {
-        stock.papers.insert(Paper::from_toml(&path.display().to_string(), &input::read_text(path)?)?);
-    }
+    let mut stock = args.stock.over(Stock::builtin())?;
     let recipes = args.asked.recipes(&mut stock, args.size.contact_sheet)?;
     let photos = batch::photographs(&args.inputs)?;
     let errands = claimed(args, &recipes, &photos)?;
@@ -205,8 +191,8 @@ fn claimed(args: &WatercolorizeArgs, recipes: &[Recipe], photos: &[PathBuf]) -> 
     }
     let of_photo = |photo| Naming { photo, count: photos.len() };
     let masks = photos.iter().flat_map(|photo| args.masks.files(&of_photo(photo)));
-    let files = args.asked.files().chain(masks).chain(args.stock.papers.clone());
-    let files: Vec<PathBuf> = files.chain(args.stock.pigments.files.clone()).chain(photos.to_vec()).collect();
+    let own = args.stock.paths().map(Path::to_owned);
+    let files: Vec<PathBuf> = args.asked.files().chain(masks).chain(own).chain(photos.to_vec()).collect();
     let mut outputs = Outputs::new(args.means.output, files.iter().map(PathBuf::as_path));
     let washes = recipes.iter().map(|recipe| recipe.params.washes).max().unwrap_or(0);
     let mut errands = Vec::new();

@@ -27,7 +27,7 @@ impl GirtinFile {
     /// The archive is packed in memory: its first header then tells what it is, whatever it is written to.
     pub fn write(&self, mut writer: impl Write) -> Result<(), GirtinFileError> {
         let text = self.document.to_json();
-        self.check(&text)?;
+        self.check_text(&text)?;
         let mut archive = Archive(ZipWriter::new(Cursor::new(Vec::new())));
         archive.add(MIMETYPE, MIME_TYPE.as_bytes(), CompressionMethod::Stored)?;
         archive.add(DOCUMENT, text.as_bytes(), CompressionMethod::Deflated)?;
@@ -49,8 +49,16 @@ impl GirtinFile {
         writer.write_all(&bytes).and_then(|()| writer.flush()).map_err(GirtinFileError::Write)
     }
 
-    /// Refuses what could not be read again.
-    fn check(&self, text: &str) -> Result<(), GirtinFileError> {
+    /// Refuses what could not be written: better before the work than after it.
+    ///
+    /// # Errors
+    /// As [`GirtinFile::write`], but for those of the writer.
+    pub fn check(&self) -> Result<(), GirtinFileError> {
+        self.check_text(&self.document.to_json())?;
+        self.texts().map(drop)
+    }
+
+    fn check_text(&self, text: &str) -> Result<(), GirtinFileError> {
         let mut again = Document::from_json(DOCUMENT, text, &self.stock).map_err(Box::new)?;
         if again != self.document {
             return Err(GirtinFileError::Lossy);
