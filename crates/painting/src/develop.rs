@@ -91,7 +91,7 @@ impl<'a> Development<'a> {
         } else {
             Raster::from_fn(width, count, |x, y| sheet.height.at(x, first + y))
         };
-        let mut samples = Raster::new(width, count + 2 * above, sheet.ground);
+        let mut samples = Raster::new(width, height.height(), sheet.ground);
         if !sheet.printed.is_empty() {
             let cell = [sheet.trim_mm * per_mm, sheet.trim_mm * per_mm + (first - above) as f64];
             let whole = if sheet.samples_are_cells {

@@ -46,8 +46,8 @@ use work::Work;
     allow_negative_numbers = true,
     after_help = "Examples:
   girtin watercolorize photo.jpg painting.png
-  girtin watercolorize photos/ 'out/{stem}.jpg' --preset loose --palette sepia,cerulean-blue,burnt-sienna --skip-existing
-  girtin watercolorize photo.jpg painting.png --detail high --layers painting.ora --save painting.girtin"
+  girtin watercolorize photo.jpg painting.png --detail high --save painting.girtin
+  girtin watercolorize photos/ 'out/{stem}.jpg' --preset loose --skip-existing"
 )]
 pub struct WatercolorizeArgs {
     /// Photographs: files, folders, patterns such as 'photos/*.jpg', or `-`, the standard input
@@ -57,6 +57,8 @@ pub struct WatercolorizeArgs {
     /// the standard output
     #[arg(value_name = "OUTPUT")]
     output: PathBuf,
+    #[command(flatten)]
+    means: MeansArgs,
     #[command(flatten)]
     asked: AskedArgs,
     #[command(flatten)]
@@ -73,8 +75,6 @@ pub struct WatercolorizeArgs {
     /// Say what would be done, how much memory it takes and how long, and do nothing
     #[arg(long, help_heading = "Output")]
     dry_run: bool,
-    #[command(flatten)]
-    means: MeansArgs,
 }
 
 /// How large the picture is, and in which format.
