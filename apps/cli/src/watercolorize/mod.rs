@@ -25,8 +25,8 @@ use girtin::painting::picture::{PictureFormat, PictureLimits};
 
 use crate::arguments::MeansArgs;
 use crate::failure::{Failure, Kind};
-use crate::input;
 use crate::given::StockFiles;
+use crate::input;
 use crate::interrupt::Interrupt;
 use crate::output::Outputs;
 
