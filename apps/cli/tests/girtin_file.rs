@@ -141,7 +141,8 @@ fn paintings_that_are_damaged_or_none() {
         let (cause, _) = alone.fails(&format!("paint {file} out.png"), 4);
         assert!(cause.contains(said), "{cause}");
     }
-    alone.fails("inspect cut.girtin", 4);
+    let (cause, _) = alone.fails("inspect cut.girtin", 4);
+    assert!(cause.contains("not a whole .girtin"), "{cause}");
     alone.fails("inspect none.girtin", 4);
     alone.write("picture.png", b"\x89PNG\r\n\x1a\n").write("words.txt", "some words");
     alone.fails("inspect picture.png", 4);

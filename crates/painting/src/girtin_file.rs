@@ -103,13 +103,23 @@ impl Default for Limits {
 /// Whether this is an archive with a painting in it, sound or not; the reader is back at its start afterwards.
 ///
 /// # Errors
-/// The medium cannot go back.
+/// The medium fails.
 pub fn is_girtin_file(mut reader: impl Read + Seek) -> std::io::Result<bool> {
-    let is_one = zip::ZipArchive::new(BufReader::new(&mut reader))
-        .is_ok_and(|zip| zip.file_names_raw().any(|name| name == DOCUMENT.as_bytes()));
+    // The first entry is stored: what the file is can be seen even if its end is missing.
+    let mut start = Vec::new();
+    reader.by_ref().take(FIRST_ENTRY).read_to_end(&mut start)?;
+    let says_so = start.starts_with(b"PK") && start.ends_with(format!("{MIMETYPE}{MIME_TYPE}").as_bytes());
+    reader.seek(SeekFrom::Start(0))?;
+    // An archive that was packed by hand may have another order.
+    let is_one = says_so
+        || zip::ZipArchive::new(BufReader::new(&mut reader))
+            .is_ok_and(|zip| zip.file_names_raw().any(|name| name == DOCUMENT.as_bytes()));
     reader.seek(SeekFrom::Start(0))?;
     Ok(is_one)
 }
+
+/// Bytes of the first entry: its header, name and content.
+const FIRST_ENTRY: u64 = (30 + MIMETYPE.len() + MIME_TYPE.len()) as u64;
 
 /// The name between a folder and an ending.
 fn inner<'a>(entry: &'a str, [folder, ending]: [&str; 2]) -> Option<&'a str> {

@@ -88,8 +88,9 @@ impl Paper {
             .with("about", self.about.as_str())
             .with("aliases", aliases)
             .and(Tree::of_parameters(&self.surface));
-        let of_kind = |file: Tree, (kind, of): (&str, fn(&Layer) -> Option<Tree>)| {
-            file.with(kind, Node::Sections(self.layers.iter().filter_map(of).collect()))
+        let of_kind = |file: Tree, kind: &str| {
+            let layers = self.layers.iter().map(said).filter(|(key, _)| *key == kind);
+            file.with(kind, Node::Sections(layers.map(|(_, tree)| tree).collect()))
         };
         KINDS.into_iter().fold(file, of_kind).to_toml()
     }
@@ -100,24 +101,19 @@ impl Paper {
     }
 }
 
-/// What layers of each kind say, in the order in which [`layers`] reads them.
-const KINDS: [(&str, fn(&Layer) -> Option<Tree>); 5] = {
-    macro_rules! of {
-        ($kind:ident) => {
-            |layer| match layer {
-                Layer::$kind(layer) => Some(Tree::of_parameters(layer)),
-                _ => None,
-            }
-        };
+/// Keys of the layers, in the order in which [`layers`] reads them.
+const KINDS: [&str; 5] = ["tooth", "pebbles", "laid", "weave", "fibers"];
+
+/// The key of a layer, and what stands under it.
+fn said(layer: &Layer) -> (&'static str, Tree) {
+    match layer {
+        Layer::Tooth(tooth) => ("tooth", Tree::of_parameters(tooth)),
+        Layer::Pebbles(pebbles) => ("pebbles", Tree::of_parameters(pebbles)),
+        Layer::Laid(laid) => ("laid", Tree::of_parameters(laid)),
+        Layer::Weave(weave) => ("weave", Tree::of_parameters(weave)),
+        Layer::Fibers(fibers) => ("fibers", Tree::of_parameters(fibers)),
     }
-    [
-        ("tooth", of!(Tooth)),
-        ("pebbles", of!(Pebbles)),
-        ("laid", of!(Laid)),
-        ("weave", of!(Weave)),
-        ("fibers", of!(Fibers)),
-    ]
-};
+}
 
 /// A name as papers are found by: lower case, with hyphens for spaces and underscores.
 pub(crate) fn plain(name: &str) -> String {

@@ -7,7 +7,7 @@
 //! In the order data flows:
 //! - [`row`]: the row, its [`Value`] and the macro that turns rows into a struct;
 //! - [`read`]: TOML or JSON into such structs, with unknown keys refused and the nearest name offered;
-//! - [`write`]: the way back;
+//! - [`mod@write`]: the way back;
 //! - [`manual`]: rows as a Markdown table.
 #![forbid(unsafe_code)]
 

@@ -79,6 +79,9 @@ fn a_painting_is_read_as_it_was_written() {
     let bytes = written(&file);
     assert!(bytes == written(&file), "the same bytes");
     assert!(is_girtin_file(Cursor::new(&bytes)).unwrap() && !is_girtin_file(Cursor::new(b"PK")).unwrap());
+    assert!(is_girtin_file(Cursor::new(&bytes[..90])).unwrap(), "cut short");
+    let packed_by_hand = zip(&[(DOCUMENT, b""), (MIMETYPE, b"")]);
+    assert!(is_girtin_file(Cursor::new(packed_by_hand)).unwrap());
     // Where programs look for what a file is.
     assert!(bytes[30..].starts_with(format!("mimetype{MIME_TYPE}").as_bytes()));
     let again = read(&bytes).unwrap();
