@@ -29,7 +29,8 @@ pub struct Timelapse {
 }
 
 impl Timelapse {
-    /// Of a painted document, with the picture's long edge at most so many pixels, as long as `goes_on` says so.
+    /// Of a painted document, as long as `goes_on` says so. The long edge has at most so many pixels, if the document has
+    /// cells of their own.
     ///
     /// # Errors
     /// The document's sheet cannot be resolved again.
@@ -44,6 +45,8 @@ impl Timelapse {
         let [width, height] = painted.sheet.picture;
         let mut document = document.clone();
         let smaller = (longest as f64 / width.max(height).max(1) as f64).min(1.0);
+        // Where samples are cells, no other picture can be made of them.
+        let smaller = document.sheet.cells_per_mm.map_or(1.0, |_| smaller);
         document.sheet.pixels_per_mm *= smaller;
         // As many samples to a cell as before: grain below a pixel is averaged.
         let samples = libm::ceil(f64::from(document.sheet.cells_per_pixel) / smaller);
@@ -98,7 +101,7 @@ mod tests {
 
     #[test]
     fn a_film_begins_with_the_sheet_and_ends_with_the_picture() {
-        let text = "format = 1\n[sheet]\nsize = [12, 8]\n[[glaze]]\npigments = ['burnt-umber']\n\
+        let text = "format = 1\n[sheet]\nsize = [12, 8]\ncells_per_mm = 4\n[[glaze]]\npigments = ['burnt-umber']\n\
                     [[glaze.events]]\ndo = 'wet'\n[[glaze.events]]\ndo = 'water'\namount = 0.5\n\
                     [[glaze.events]]\ndo = 'pigment'\namounts = [0.5]\n[[glaze.events]]\ndo = 'run'\nsteps = 4\n";
         let stock = Stock::builtin();

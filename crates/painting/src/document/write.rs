@@ -61,6 +61,7 @@ impl Glaze {
         Tree::new()
             .with("name", self.name.as_str())
             .with("pigments", pigments)
+            .with("granulation", self.granulation)
             .with("wash", Node::Section(of_model(&self.model)))
             .with_some("outline", self.outline.as_ref().map(|outline| Node::Section(outline.tree())))
             .with("events", Node::Sections(self.events.iter().map(Event::tree).collect()))
