@@ -7,7 +7,8 @@ use std::process::Stdio;
 use common::{Folder, Ran, holds, png_size};
 use serde_json::Value;
 
-const VERBS: [&str; 11] = [
+const VERBS: [&str; 12] = [
+    "watercolorize",
     "paint",
     "effects",
     "swatches",

@@ -53,7 +53,10 @@ enum Named {
 /// Reads the model and its parameters from the keys of a table; `default` says which model is meant if none is named.
 ///
 /// C97's parameters are keys of the table itself and of its `[capillary]`; those of the living wash are under `[living]`.
-pub(crate) fn read_model(table: &Table<'_>, default: WashModel) -> Result<WashModel, Fault> {
+///
+/// # Errors
+/// A key is of the other model, or a value not allowed.
+pub fn read_model(table: &Table<'_>, default: WashModel) -> Result<WashModel, Fault> {
     let named = table.word("model", &[("c97", Named::C97), ("living", Named::Living)])?;
     let is_living = match named {
         Some(named) => named == Named::Living,

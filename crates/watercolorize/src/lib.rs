@@ -8,6 +8,12 @@
 //! - [`tone`]: a watercolor's tones; [`palette`]: pigments that mix its colors; [`separate`]: how much of each;
 //! - [`washes`]: what is asked of the first wash, and of the last;
 //! - [`painter`]: wash by wash, each planned on the sheet as the one below dried.
+//!
+//! And for whoever has pigments in order and regions, or wants to cut them out:
+//! - [`superpixels`](mod@superpixels): pixels gathered into small patches of one color;
+//! - [`mattes`](mod@mattes): patches gathered into regions, a matte each;
+//! - [`scissors`]: a matte cut out by hand, along the outlines of the picture;
+//! - [`c97`]: mattes and an ordered list of pigments become a document, as in Curtis et al. 1997, §6.2.
 #![forbid(unsafe_code)]
 
 pub mod settings;
@@ -23,6 +29,11 @@ mod washes;
 pub mod painter;
 
 mod accidents;
+
+pub mod superpixels;
+pub mod mattes;
+pub mod scissors;
+pub mod c97;
 
 pub use mount::{Border, Mounting};
 pub use painter::{Painting, PhotoError, Request, Stage, Watch, watercolorize};

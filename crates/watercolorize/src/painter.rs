@@ -446,7 +446,7 @@ impl<'a> Painter<'a> {
             return None;
         }
         let walls = warped_labels(&walls, &stray);
-        let (painted, softness) = self.softened(&shapes, &hardness, &open, index);
+        let (painted, softness) = self.softened(plan, &shapes, &hardness, &open, index);
         let numbered = colored(&walls, &painted);
         let (mut shapes_of, edges) = voted(&numbered, self.cells(0.6 * plan.rounding).max(0.8));
         shapes_of.as_mut_slice().iter_mut().zip(open.as_slice()).for_each(|(shape, open)| *shape *= open);
@@ -501,6 +501,7 @@ impl<'a> Painter<'a> {
     /// The shapes, reaching on where the photograph is soft, and how soft that is: paper that is wetted first.
     fn softened(
         &self,
+        plan: &WashPlan,
         shapes: &Raster<u8>,
         hardness: &Plane,
         open: &Raster<u8>,
@@ -509,7 +510,8 @@ impl<'a> Painter<'a> {
         let wetness = self.params().wetness as f32;
         let soft = Raster::from_fn(shapes.width(), shapes.height(), |x, y| {
             let hard = smoothstep(hardness.at(x, y) / wetness.max(0.2), 0.15, 0.5);
-            ((1.0 - hard) * (1.0 - 0.8 * self.exact.at(x, y))).clamp(0.0, 1.0) * wetness.min(1.0)
+            ((1.0 - hard) * (1.0 - 0.8 * self.exact.at(x, y))).clamp(0.0, 1.0)
+                * (plan.softness * wetness).min(1.0)
         });
         if index == 0 {
             return (shapes.clone(), soft);

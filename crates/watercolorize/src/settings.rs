@@ -28,7 +28,7 @@ parameters! {
             acts: Simulation, doc: "How wet washes are, and how far they run where the photograph is soft.", source: "custom",
         }
         simplification: f64 {
-            symbol: "", label: "Simplification", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.5, 2.5),
+            symbol: "", label: "Simplification", unit: "1", default: 1.15, hard: (0.0, 5.0), soft: (0.5, 2.5),
             acts: Simulation, doc: "How large the shapes are that small things melt into.", source: "custom",
         }
         edge_threshold: f64 {
@@ -44,7 +44,7 @@ parameters! {
             acts: Simulation, doc: "How far the hand strays: washes do not quite register.", source: "custom",
         }
         key: f64 {
-            symbol: "", label: "Key", unit: "Lab L", default: 1.0, hard: (-20.0, 20.0), soft: (0.0, 8.0),
+            symbol: "", label: "Key", unit: "Lab L", default: 1.2, hard: (-20.0, 20.0), soft: (0.0, 8.0),
             acts: Simulation, doc: "How much lighter than the photograph the middle tones are painted.", source: "custom",
         }
         chroma: f64 {
@@ -76,7 +76,7 @@ parameters! {
             acts: Simulation, doc: "How unevenly water and pigment are laid.", source: "custom",
         }
         granulation: f64 {
-            symbol: "γ", label: "Granulation", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            symbol: "γ", label: "Granulation", unit: "1", default: 0.7, hard: (0.0, 5.0), soft: (0.0, 2.0),
             acts: Simulation, doc: "How much pigment gathers in the paper's hollows.", source: "custom; C97 §4.5",
         }
         slivers: f64 {

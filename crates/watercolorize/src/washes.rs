@@ -35,6 +35,8 @@ pub struct WashPlan {
     pub turbulence: f32,
     /// Share of the pigments' granulation.
     pub granulation: f64,
+    /// How far shapes fade where the photograph is soft: the first washes are laid wet, the last on dry paper.
+    pub softness: f32,
     /// Cells of the plan to one of the separation.
     pub coarseness: usize,
 }
@@ -69,6 +71,7 @@ impl WashPlan {
             edge_darkening: between([0.012, 0.016, 0.016, 0.012]),
             turbulence: between([0.12, 0.08, 0.06, 0.05]) as f32,
             granulation: between([1.0, 0.7, 0.5, 0.4]),
+            softness: between([1.0, 0.8, 0.55, 0.35]) as f32,
             coarseness: if place < 1.5 {
                 3
             } else if place < 2.5 {

@@ -270,9 +270,8 @@ fn the_first_format_always_opens_and_paints_the_same() {
     assert!(
         balances[0].iter().all(|of_pigment| of_pigment.laid > of_pigment.total && of_pigment.lifted > 0.0)
     );
-    let limits = PictureLimits::default();
-    let wanted = read_photo(Cursor::new(FIRST_PICTURE), None, &limits, LinearRgb::WHITE).unwrap().pixels;
-    let wanted = wanted.map(|light| LinearRgb(light.map(f64::from)));
+    let wanted = read_photo(Cursor::new(FIRST_PICTURE), None, &PictureLimits::default(), LinearRgb::WHITE);
+    let wanted = wanted.unwrap().pixels.map(|color| LinearRgb(color.map(f64::from)));
     let picture = picture_of(&file).0;
     assert_eq!((picture.width(), picture.height()), (66, 48));
     assert!(wanted.map(|color| color.to_srgb().to_bytes()) == picture);

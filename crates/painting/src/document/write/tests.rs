@@ -122,16 +122,14 @@ fn glaze() -> impl Strategy<Value = Glaze> {
                 let capillary = has_layer.then(|| parameters::<Capillary>(part));
                 WashModel::C97 { params: parameters::<C97Params>(part), capillary }
             };
-            ("\\PC{0,8}", 0.0..=10.0, outline, events).prop_map(
-                move |(name, granulation, outline, events)| Glaze {
-                    granulation,
-                    name,
-                    pigments: pigments[..count].iter().map(ToString::to_string).collect(),
-                    model,
-                    outline,
-                    events,
-                },
-            )
+            ("\\PC{0,8}", outline, events).prop_map(move |(name, outline, events)| Glaze {
+                name,
+                pigments: pigments[..count].iter().map(ToString::to_string).collect(),
+                model,
+                granulation: 1.5 * part,
+                outline,
+                events,
+            })
         },
     )
 }
