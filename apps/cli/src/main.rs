@@ -26,6 +26,7 @@ mod wash;
 mod pigments;
 mod mix;
 mod paper;
+mod mattes;
 mod inspect;
 mod bench;
 mod shell;
@@ -67,6 +68,7 @@ enum Verb {
     Pigments(pigments::PigmentsArgs),
     Mix(mix::MixArgs),
     Paper(paper::PaperArgs),
+    Mattes(mattes::MattesArgs),
     Inspect(inspect::InspectArgs),
     Bench(bench::BenchArgs),
     Completions(shell::CompletionsArgs),
@@ -95,6 +97,7 @@ fn run() -> Result<(), Failure> {
         Verb::Pigments(args) => pigments::run(args, &interrupt),
         Verb::Mix(args) => mix::run(args),
         Verb::Paper(args) => paper::run(args, &interrupt),
+        Verb::Mattes(args) => mattes::run(args, &interrupt),
         Verb::Inspect(args) => inspect::run(args),
         Verb::Bench(args) => bench::run(args, &interrupt),
         Verb::Completions(args) => shell::completions(args, &mut Cli::command()),

@@ -7,7 +7,7 @@ use std::process::Stdio;
 use common::{Folder, Ran, holds, png_size};
 use serde_json::Value;
 
-const VERBS: [&str; 12] = [
+const VERBS: [&str; 13] = [
     "watercolorize",
     "paint",
     "effects",
@@ -16,6 +16,7 @@ const VERBS: [&str; 12] = [
     "pigments",
     "mix",
     "paper",
+    "mattes",
     "inspect",
     "bench",
     "completions",

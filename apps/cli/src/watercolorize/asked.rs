@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use girtin::optics::{Library, Palette};
 use girtin::painting::Stock;
-use girtin::params::row::Parameters;
 use girtin::params::{hint_for, parse};
 use girtin::watercolorize::separate::MOST;
 use girtin::watercolorize::{Border, Mounting, PRESETS, PhotoParams, Preset};
 
-use crate::arguments::{real_within, unknown_pigment};
+use crate::arguments::{real_within, set, set_help, unknown_pigment};
 use crate::failure::Failure;
 use crate::input;
 
@@ -37,7 +36,7 @@ pub struct AskedArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=6))]
     washes: Option<u32>,
     /// Any parameter of a preset, such as `ink=0.8`; may be repeated; `--help` lists them
-    #[arg(long = "set", value_name = "KEY=VALUE", long_help = parameters())]
+    #[arg(long = "set", value_name = "KEY=VALUE", long_help = set_help::<PhotoParams>())]
     set: Vec<String>,
     /// Seed of all accidents: another one is another painting of the same photograph
     // As large as a document can say.
@@ -55,16 +54,6 @@ pub struct AskedArgs {
     /// Paper, see `girtin paper --list`; else the preset's
     #[arg(long, value_name = "NAME")]
     paper: Option<String>,
-}
-
-/// The help of `--set`: a line for each row.
-fn parameters() -> String {
-    let line = |row: &girtin::params::Row| {
-        let (low, high) = row.hard;
-        format!("  {}={}  {} From {low} to {high}.\n", row.id, row.default, row.tooltip())
-    };
-    let lines: String = PhotoParams::ROWS.iter().map(line).collect();
-    format!("Any parameter of a preset; may be repeated. Those of `classic`:\n{lines}")
 }
 
 /// How much is drawn exactly.
@@ -242,24 +231,6 @@ fn preset(name: &str, stock: &Stock) -> Result<Preset, Failure> {
     Ok(preset)
 }
 
-/// Sets a parameter from `key=value`.
-fn set(params: &mut PhotoParams, word: &str) -> Result<(), Failure> {
-    let ids: Vec<&str> = PhotoParams::ROWS.iter().map(|row| row.id).collect();
-    let Some((key, value)) = word.split_once('=') else {
-        return Err(Failure::usage(format!("`--set {word}` has no value")).hint("write `--set ink=0.8`"));
-    };
-    let id = key.trim().replace('-', "_");
-    let Some(row) = PhotoParams::ROWS.iter().find(|row| row.id == id) else {
-        return Err(Failure::usage(format!("no parameter is called `{key}`")).hint(hint_for(&id, &ids)));
-    };
-    let (low, high) = row.hard;
-    let wrong = |error: String| {
-        Failure::usage(format!("`--set {word}`: {error}")).hint(format!("from {low} to {high}"))
-    };
-    let value = row.parse(value).map_err(wrong)?;
-    params.set(row.id, value).map_err(wrong)
-}
-
 /// Lengths of paper that can be asked for, mm.
 const LENGTHS: std::ops::RangeInclusive<f64> = 10.0..=1500.0;
 
@@ -285,6 +256,8 @@ fn parse_length(text: &str) -> Result<f64, String> {
 
 #[cfg(test)]
 mod tests {
+    use girtin::params::row::Parameters;
+
     use super::*;
 
     #[test]

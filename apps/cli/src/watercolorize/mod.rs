@@ -4,7 +4,8 @@
 //! - `asked`: how they are painted; `batch`: which, and under which names;
 //! - `outputs`: everything that is written of one, checked before the work;
 //! - `plan`: what would be done;
-//! - `photo`: the photograph and its masks; `work`: one after another is painted;
+//! - `photo`: the photograph and its masks; `c97`: mattes and their glazes; `work`: one after another is
+//!   painted;
 //! - `deliver`: each in all its forms, films also through `ffmpeg`; `told`: what is said of it.
 
 mod asked;
@@ -12,6 +13,7 @@ mod batch;
 mod outputs;
 mod plan;
 mod photo;
+mod c97;
 mod work;
 mod deliver;
 mod ffmpeg;
@@ -32,6 +34,7 @@ use crate::output::Outputs;
 
 use asked::{AskedArgs, Recipe};
 use batch::{Naming, Writing};
+use c97::C97Args;
 use outputs::{Errand, MoreArgs};
 use photo::{MaskArgs, Reading};
 use work::Work;
@@ -69,6 +72,8 @@ pub struct WatercolorizeArgs {
     size: SizeArgs,
     #[command(flatten)]
     more: MoreArgs,
+    #[command(flatten)]
+    c97: C97Args,
     /// Print a line of JSON for every painting: its size, palette, and where its pigments went
     #[arg(long, help_heading = "Output")]
     json: bool,
@@ -124,7 +129,7 @@ pub fn run(args: &WatercolorizeArgs, interrupt: &Interrupt) -> Result<(), Failur
     let mut stock = args.stock.over(Stock::builtin())?;
     let recipes = args.asked.recipes(&mut stock, args.size.contact_sheet)?;
     let photos = batch::photographs(&args.inputs)?;
-    let errands = claimed(args, &recipes, &photos)?;
+    let errands = claimed(args, &recipes, &photos, &stock)?;
     let work = Work {
         recipes: &recipes,
         is_contact_sheet: args.size.contact_sheet,
@@ -178,7 +183,12 @@ fn reading(size: &SizeArgs, recipes: &[Recipe]) -> Reading {
 }
 
 /// Every output of every photograph; those that are all there already and to be left are left out.
-fn claimed(args: &WatercolorizeArgs, recipes: &[Recipe], photos: &[PathBuf]) -> Result<Vec<Errand>, Failure> {
+fn claimed(
+    args: &WatercolorizeArgs,
+    recipes: &[Recipe],
+    photos: &[PathBuf],
+    stock: &Stock,
+) -> Result<Vec<Errand>, Failure> {
     let writing =
         Writing { format: args.size.format.as_deref(), bits: args.size.bits, quality: args.size.quality };
     if photos.len() > 1 && photos.iter().any(|photo| photo == Path::new("-")) {
@@ -190,7 +200,10 @@ fn claimed(args: &WatercolorizeArgs, recipes: &[Recipe], photos: &[PathBuf]) -> 
             .hint("name a file for the picture"));
     }
     let of_photo = |photo| Naming { photo, count: photos.len() };
-    let masks = photos.iter().flat_map(|photo| args.masks.files(&of_photo(photo)));
+    let masks = photos.iter().flat_map(|photo| {
+        let naming = of_photo(photo);
+        args.masks.files(&naming).into_iter().chain(args.c97.files(&naming))
+    });
     let own = args.stock.paths().map(Path::to_owned);
     let files: Vec<PathBuf> = args.asked.files().chain(masks).chain(own).chain(photos.to_vec()).collect();
     let mut outputs = Outputs::new(args.means.output, files.iter().map(PathBuf::as_path));
@@ -198,7 +211,10 @@ fn claimed(args: &WatercolorizeArgs, recipes: &[Recipe], photos: &[PathBuf]) -> 
     let mut errands = Vec::new();
     for photo in photos {
         let extra = (washes, args.means.talk);
-        let errand = args.more.claim(&mut outputs, &of_photo(photo), &args.output, &writing, extra)?;
+        let naming = of_photo(photo);
+        let mut errand = args.more.claim(&mut outputs, &naming, &args.output, &writing, extra)?;
+        errand.mattes = args.c97.read(&naming, stock)?;
+        errand.targets = args.c97.claim(&mut outputs, &naming, errand.mattes.as_ref())?;
         if errand.is_done() {
             args.means.talk.detail(&format!("{}: its outputs are there and are left", input::name_of(photo)));
         } else {

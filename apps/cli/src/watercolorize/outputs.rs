@@ -10,6 +10,7 @@ use crate::output::{MadeFolder, Outputs, Target};
 use crate::progress::TalkArgs;
 
 use super::batch::{Naming, Writing, ending_of};
+use super::c97::{Mattes, Targets};
 use super::ffmpeg;
 
 /// What is written besides the picture. Names may have `{stem}` in them, the photograph's own.
@@ -66,6 +67,10 @@ pub struct Errand {
     pub film: Option<(Target, FilmKind)>,
     /// Stages.
     pub stages: Option<Stages>,
+    /// Mattes that it is painted from.
+    pub mattes: Option<Mattes>,
+    /// Target glazes.
+    pub targets: Option<Targets>,
 }
 
 impl Errand {
@@ -73,7 +78,9 @@ impl Errand {
     pub fn is_done(&self) -> bool {
         let stages = self.stages.iter().flat_map(|stages| stages.washes.iter().chain([&stages.palette]));
         let more = [&self.layers, &self.save].into_iter().chain(stages);
-        self.picture.is_none() && self.film.is_none() && more.flatten().next().is_none()
+        let has_targets = self.targets.as_ref().is_some_and(|targets| !targets.is_done());
+        let is_picture_done = self.picture.is_none() && self.film.is_none();
+        is_picture_done && !has_targets && more.flatten().next().is_none()
     }
 
     /// Names for it.
@@ -131,6 +138,8 @@ impl MoreArgs {
             save,
             film,
             stages,
+            mattes: None,
+            targets: None,
         })
     }
 }

@@ -60,7 +60,10 @@ impl MaskArgs {
 }
 
 /// Reads a mask, which is of the photograph's proportions.
-fn mask(path: &Path, [width, height]: [usize; 2]) -> Result<Raster<f32>, Failure> {
+///
+/// # Errors
+/// It cannot be read, or has other proportions.
+pub fn mask(path: &Path, [width, height]: [usize; 2]) -> Result<Raster<f32>, Failure> {
     let mask = input::picture(path, read_grey)?;
     // As large as the photograph, a pixel more or less, once its long edge is.
     let found = [mask.width(), mask.height()].map(|side| side as f64);

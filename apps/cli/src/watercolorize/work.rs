@@ -37,10 +37,15 @@ pub struct Work<'a> {
 }
 
 /// The photograph with its masks.
-struct Material {
-    photo: Raster<[f32; 3]>,
+#[derive(Debug)]
+pub struct Material {
+    /// Light.
+    pub photo: Raster<[f32; 3]>,
+    /// Columns and rows that it had.
+    pub size: [usize; 2],
     masks: [Option<Raster<f32>>; 2],
-    long_edge: u32,
+    /// Long edge of the picture, pixels.
+    pub long_edge: u32,
 }
 
 /// Pixels a millimetre that a document can say.
@@ -117,9 +122,17 @@ impl Work<'_> {
         }
         let [painting, developing] = plans[0].seconds();
         let done = painting / (painting + developing);
-        let painting = self.carry_out(&self.recipes[0], &material, &|stage, part| {
-            progress.at(&said(stage, self.recipes[0].params.washes), done * part);
-        })?;
+        let recipe = &self.recipes[0];
+        let (painting, planned) = match &errand.mattes {
+            Some(mattes) => {
+                let (painting, planned) = mattes.paint(self, recipe, &material, progress, done)?;
+                (painting, Some(planned))
+            }
+            None => {
+                let say = |stage, part| progress.at(&said(stage, recipe.params.washes), done * part);
+                (self.carry_out(recipe, &material, &say)?, None)
+            }
+        };
         drop(material);
         let delivery = Delivery {
             painting: &painting,
@@ -129,8 +142,11 @@ impl Work<'_> {
             progress,
             done,
         };
-        let delivered = delivery.write(errand)?;
-        let told = Told::of(&self.recipes[0], &painting.document, &painting.painted.glazes);
+        let mut delivered = delivery.write(errand)?;
+        if let (Some(targets), Some(planned)) = (&errand.targets, &planned) {
+            delivered.staged.extend(targets.write(planned)?);
+        }
+        let told = Told::of(recipe, &painting.document, &painting.painted.glazes);
         self.means.talk.detail(&format!("pigments: {}", told.palette().join(", ")));
         let mut more = told.json();
         if let (Some(difference), Some(more)) = (&delivered.difference, more.as_object_mut()) {
@@ -153,11 +169,11 @@ impl Work<'_> {
     }
 
     fn material(&self, errand: &Errand, opened: Opened) -> Result<Material, Failure> {
-        let long_edge = opened.long_edge;
+        let (size, long_edge) = (opened.size, opened.long_edge);
         // Masks are small, and a wrong one is to be said before the photograph is decoded.
         let masks = self.masks.read(&errand.naming(), opened.size)?;
         self.interrupt.check()?;
-        Ok(Material { photo: opened.read(self.means.talk)?, masks, long_edge })
+        Ok(Material { photo: opened.read(self.means.talk)?, size, masks, long_edge })
     }
 
     fn carry_out(
