@@ -68,7 +68,9 @@ fn is_pattern(path: &Path) -> bool {
 
 fn of_pattern(path: &Path) -> Result<Vec<PathBuf>, Failure> {
     let text = path.to_str().unwrap_or_default();
-    let matches = glob::glob(text).map_err(|error| {
+    // As shells do it: a name that begins with a dot is hidden.
+    let manner = glob::MatchOptions { require_literal_leading_dot: true, ..glob::MatchOptions::default() };
+    let matches = glob::glob_with(text, manner).map_err(|error| {
         Failure::usage(format!("`{text}` is no pattern: {}", error.msg)).hint("such as `photos/*.jpg`")
     })?;
     // What cannot be listed matches nothing.

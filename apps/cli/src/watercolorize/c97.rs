@@ -152,6 +152,20 @@ fn mattes_of(folder: &Path) -> Result<Vec<(String, PathBuf)>, Failure> {
 }
 
 impl Mattes {
+    /// How many glazes it has at most.
+    pub fn glazes(&self) -> usize {
+        self.glazes.mattes.iter().map(|matte| matte.pigments.len()).sum()
+    }
+
+    /// Its mattes and pigments, for people.
+    pub fn text(&self) -> String {
+        let mattes = self.glazes.mattes.iter();
+        mattes
+            .map(|matte| format!("{}: {}", matte.name, matte.pigments.join(", ")))
+            .collect::<Vec<_>>()
+            .join("; ")
+    }
+
     /// Paints a photograph from them.
     ///
     /// # Errors

@@ -10,14 +10,16 @@ use serde_json::{Value, json};
 use crate::arguments::megabytes;
 
 use super::asked::Recipe;
+use super::c97::Mattes;
 
-/// Bytes of a decoded photograph's pixel, as light and as it is stored.
-const PHOTO: u64 = 12 + 6;
+/// Bytes of a photograph's pixel, as light, and besides while it is decoded.
+const LIGHT: u64 = 12;
+const DECODED: u64 = 6;
 /// Bytes of a cell that is planned and painted on, and of one for each pigment and wash.
 const CELL: u64 = 700;
 const PIGMENT: u64 = 8;
 /// Bytes of a picture's pixel, while it is developed and written.
-const PIXEL: u64 = 12;
+const PIXEL: u64 = 8;
 /// What the program takes before it has done anything.
 const BASE: u64 = 30_000_000;
 
@@ -27,7 +29,7 @@ const CELL_SECONDS: f64 = 3.2e-6;
 const LOOK_SECONDS: f64 = 4e-6;
 const PALETTE_SECONDS: f64 = 1.0;
 /// Seconds of one thread for a pixel and wash, to develop it.
-const PIXEL_SECONDS: f64 = 0.25e-6;
+const PIXEL_SECONDS: f64 = 0.15e-6;
 
 /// The plan of one painting.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +40,8 @@ pub struct Plan<'a> {
     pub photo: [usize; 2],
     /// Long edge of the picture without its margin.
     pub long_edge: u32,
+    /// Mattes that it is painted from.
+    pub mattes: Option<&'a Mattes>,
 }
 
 impl Plan<'_> {
@@ -72,18 +76,24 @@ impl Plan<'_> {
             .map_or(u64::from(self.recipe.params.colors), |palette| palette.len() as u64)
     }
 
+    fn glazes(&self) -> u64 {
+        self.mattes.map_or(u64::from(self.recipe.params.washes), |mattes| mattes.glazes() as u64)
+    }
+
     /// Bytes of memory, about.
     pub fn memory(&self) -> u64 {
         let photo: u64 = self.photo.iter().map(|&side| side as u64).product();
-        let washes = u64::from(self.recipe.params.washes);
+        let washes = self.glazes();
         let painting = self.cells() * (CELL + PIGMENT * washes * self.pigments());
-        BASE + PHOTO * photo + painting + PIXEL * self.pixels()
+        // One after another: the photograph is read, painted from, and gone when the picture is developed.
+        let [reading, planning] = [photo * (LIGHT + DECODED), photo * LIGHT + painting];
+        BASE + reading.max(planning).max(painting + PIXEL * self.pixels())
     }
 
     /// Seconds to paint it and to develop it, about.
     pub fn seconds(&self) -> [f64; 2] {
         let threads = rayon::current_num_threads() as f64;
-        let washes = f64::from(self.recipe.params.washes);
+        let washes = self.glazes() as f64;
         let palette = if self.recipe.palette.is_some() { 0.0 } else { PALETTE_SECONDS };
         let painting = self.cells() as f64 * (LOOK_SECONDS + CELL_SECONDS * washes) + palette;
         [painting / threads, self.pixels() as f64 * PIXEL_SECONDS * (1.0 + washes) / threads]
@@ -93,15 +103,22 @@ impl Plan<'_> {
     pub fn text(&self, photo: &Path, output: &str) -> String {
         let ([width, height], mount) = (self.picture(), self.mount());
         let recipe = self.recipe;
-        let pigments = match &recipe.palette {
-            Some(palette) => palette.join(", "),
-            None => format!("chosen for the photograph, {} at most", recipe.params.colors),
+        let cells = format!("on {} × {} cells", mount.size[0], mount.size[1]);
+        let washes = match (self.mattes, &recipe.palette) {
+            (Some(mattes), _) => format!("glazes: {cells}; {}", mattes.text()),
+            (None, Some(palette)) => {
+                format!("washes: {} at most, {cells}\npigments: {}", recipe.params.washes, palette.join(", "))
+            }
+            (None, None) => format!(
+                "washes: {} at most, {cells}\npigments: chosen for the photograph, {} at most",
+                recipe.params.washes, recipe.params.colors
+            ),
         };
         let seen = mount.size_mm.map(|mm| mm - 2.0 * mount.trim_mm);
         let [painting, developing] = self.seconds();
         format!(
             "photograph: {}, {} × {} pixels\npicture: {output}, {width} × {height} pixels\nsheet: {:.1} × {:.1} mm of \
-             {}, seed {}\npreset: {}\nwashes: {} at most, on {} × {} cells\npigments: {pigments}\nmemory: about {}\n\
+             {}, seed {}\npreset: {}\n{washes}\nmemory: about {}\n\
              time: about {:.0} s on {} threads\n",
             photo.display(),
             self.photo[0],
@@ -111,9 +128,6 @@ impl Plan<'_> {
             recipe.paper,
             recipe.seed,
             recipe.preset,
-            recipe.params.washes,
-            mount.size[0],
-            mount.size[1],
             megabytes(self.memory()),
             (painting + developing).max(1.0),
             rayon::current_num_threads(),

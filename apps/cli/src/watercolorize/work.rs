@@ -63,7 +63,8 @@ impl Work<'_> {
         let opened = self.reading.open(&errand.photo)?;
         let output = errand.picture.as_ref().map_or("none", |(target, _)| target.name());
         for recipe in self.recipes {
-            let plan = Plan { recipe, photo: opened.size, long_edge: opened.long_edge };
+            let (photo, long_edge) = (opened.size, opened.long_edge);
+            let plan = Plan { recipe, photo, long_edge, mattes: errand.mattes.as_ref() };
             let text = plan.text(&errand.photo, output);
             let json = || format!("{}\n", plan.json(&errand.photo, output));
             print(&if self.json { json() } else { text })?;
@@ -107,8 +108,8 @@ impl Work<'_> {
         progress.at("reading the photograph", 0.0);
         let opened = self.reading.open(&errand.photo)?;
         let (photo, long_edge) = (opened.size, opened.long_edge);
-        let plans: Vec<Plan<'_>> =
-            self.recipes.iter().map(|recipe| Plan { recipe, photo, long_edge }).collect();
+        let plan = |recipe| Plan { recipe, photo, long_edge, mattes: errand.mattes.as_ref() };
+        let plans: Vec<Plan<'_>> = self.recipes.iter().map(plan).collect();
         self.tell(errand, &plans[0]);
         if errand.save.is_some() && !RESOLUTIONS.contains(&plans[0].pixels_per_mm()) {
             let message = format!("a document cannot have {:.3} pixels a mm", plans[0].pixels_per_mm());
