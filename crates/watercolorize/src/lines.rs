@@ -69,14 +69,14 @@ pub fn ink(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>, stren
 pub fn light_lines(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>) -> Raster<f32> {
     let flow = Flow::of(lab, mount.cells(0.004));
     let lightness = lab.map(|lab| lab[0]);
-    let drawing = Drawing { width: 0.0012, reach: 0.012, sign: 1.0 };
+    let drawing = Drawing { width: 0.0013, reach: 0.016, sign: 1.0 };
     let lines = drawn(&lightness, &flow, mount, &drawing);
     let around = gaussian_plane(&lightness, mount.cells(0.01));
     let lines = Raster::from_fn(lab.width(), lab.height(), |x, y| {
         let [_, clear] = flow.at(x, y);
-        let lighter = smoothstep(lightness.at(x, y) - around.at(x, y), 4.0, 12.0);
-        let line = smoothstep(lines.at(x, y), 1.0, 2.6);
-        line * lighter * smoothstep(clear, 0.25, 0.6) * smoothstep(attention.at(x, y), 0.0, 0.35)
+        let lighter = smoothstep(lightness.at(x, y) - around.at(x, y), 2.5, 8.0);
+        let line = smoothstep(lines.at(x, y), 0.55, 1.5);
+        line * lighter * smoothstep(clear, 0.3, 0.6) * (0.35 + 0.65 * smoothstep(attention.at(x, y), 0.0, 0.3))
     });
     let cell = mount.long_edge as f32 * mount.long_edge as f32;
     kept(&lines, &Raster::new(lab.width(), lab.height(), 5e-5 * cell))

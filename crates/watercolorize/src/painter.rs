@@ -516,9 +516,9 @@ impl<'a> Painter<'a> {
         if index == 0 {
             return (shapes.clone(), soft);
         }
-        let reach = dilated(shapes, self.cells(0.008 * f64::from(wetness)) as usize);
+        let reach = gaussian_plane(&shapes.map(f32::from), self.cells(0.0045 * f64::from(wetness)));
         let painted = Raster::from_fn(shapes.width(), shapes.height(), |x, y| {
-            let reached = reach.at(x, y) != 0 && soft.at(x, y) > 0.3;
+            let reached = reach.at(x, y) > 0.03 && soft.at(x, y) > 0.3;
             u8::from(open.at(x, y) != 0 && (shapes.at(x, y) != 0 || reached))
         });
         (painted, soft)
