@@ -46,6 +46,7 @@ fn the_command_line_is_checked_before_the_work() {
         ("photo.png there.png", 5, "exists"),
         ("photo.png missing/out.png", 1, "cannot write"),
         ("photo.png out.png --stages missing/stages", 1, "cannot write"),
+        ("photo.png missing/", 1, "there is no folder"),
         ("photo.png out.png --memory 1MB", 1, "are needed"),
         ("photo.png out.png --sheet 10mm --size 5000 --save out.girtin", 2, "pixels a mm"),
         ("nowhere.png out.png", 4, "cannot read"),

@@ -139,13 +139,17 @@ impl Naming<'_> {
     /// The picture: as [`Naming::file`], or in a folder under the photograph's name.
     ///
     /// # Errors
-    /// As [`Naming::file`].
+    /// As [`Naming::file`], or the folder is not there.
     pub fn picture(&self, given: &Path, ending: &str) -> Result<PathBuf, Failure> {
         if given.is_dir() {
             let mut name = self.stem().to_owned();
             name.push(".");
             name.push(ending);
             return Ok(given.join(name));
+        }
+        if given.as_os_str().as_encoded_bytes().ends_with(b"/") {
+            let message = format!("there is no folder `{}`", given.display());
+            return Err(Failure::failed(message).hint("make it first, with `mkdir -p`"));
         }
         self.file(given, "the output")
     }

@@ -1,5 +1,6 @@
 //! A finished painting is written in every form that was asked for.
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io;
 
@@ -35,6 +36,9 @@ pub struct Delivery<'a> {
     pub progress: &'a Progress,
     /// How much of the whole is done before it is developed.
     pub done: f64,
+    /// How many pictures were developed, and how many will be.
+    pub developed: Cell<usize>,
+    pub developments: usize,
 }
 
 /// What was written, not yet under its name.
@@ -46,6 +50,14 @@ pub struct Delivered {
 }
 
 impl Delivery<'_> {
+    /// How many pictures are developed for an errand, of a painting of so many glazes.
+    pub fn developments_for(errand: &Errand, glazes: usize) -> usize {
+        let washes = if errand.layers.is_some() || errand.stages.is_some() { glazes } else { 0 };
+        let has_two = errand.picture.as_ref().is_some_and(|(_, format)| is_deep(*format))
+            && (washes > 0 || errand.save.is_some());
+        1 + washes + usize::from(has_two) + usize::from(errand.film.is_some())
+    }
+
     /// Writes all of it but the document.
     ///
     /// # Errors
@@ -53,7 +65,6 @@ impl Delivery<'_> {
     pub fn write(&self, errand: &Errand) -> Result<Delivered, Failure> {
         let mut delivered = Delivered::default();
         let glazes = self.painting.painted.glazes.len();
-        let is_deep = |format| matches!(format, PictureFormat::Png16 | PictureFormat::Tiff16);
         let deep = errand.picture.as_ref().filter(|(_, format)| is_deep(*format));
         if let Some((target, format)) = deep {
             let picture = self.developed(glazes, |color| {
@@ -95,17 +106,25 @@ impl Delivery<'_> {
         glazes: usize,
         encode: impl Fn(LinearRgb) -> T + Sync,
     ) -> Result<Raster<T>, Failure> {
-        let goes_on = |part: f64| {
-            // Writing takes about as long as a tenth of developing.
-            self.progress.at("developing the picture", self.done + (1.0 - self.done) * 0.9 * part);
-            self.interrupt.check().is_ok()
-        };
+        let goes_on = |part: f64| self.goes_on("developing the picture", part);
         let developed = self.painting.painted.development_of(glazes).encoded_while(encode, goes_on);
+        self.developed.set(self.developed.get() + 1);
         developed.ok_or_else(|| self.interrupt.failure())
     }
 
+    /// Tells that so much of the next picture is developed, and whether it is to go on.
+    fn goes_on(&self, stage: &str, part: f64) -> bool {
+        self.progress.at(stage, self.part(part));
+        self.interrupt.check().is_ok()
+    }
+
+    fn part(&self, next: f64) -> f64 {
+        let part = (self.developed.get() as f64 + next) / self.developments.max(1) as f64;
+        self.done + (1.0 - self.done) * part.min(1.0)
+    }
+
     fn say(&self, stage: &str) {
-        self.progress.at(stage, 1.0 - 0.1 * (1.0 - self.done));
+        self.progress.at(stage, self.part(0.0));
     }
 
     /// What the picture says of itself.
@@ -213,13 +232,11 @@ impl Delivery<'_> {
 
     fn film(&self, target: &Target, kind: FilmKind) -> Result<Staged, Failure> {
         let Painting { document, maps, painted } = self.painting;
-        let goes_on = |part: f64| {
-            self.progress.at("developing the film", self.done + (1.0 - self.done) * part);
-            self.interrupt.check().is_ok()
-        };
+        let goes_on = |part: f64| self.goes_on("developing the film", part);
         let film = Timelapse::new(document, painted, self.stock, maps, FILM, goes_on);
         let film = film.map_err(|error| Failure::failed(error).hint("leave `--timelapse` out"))?;
         let film = film.ok_or_else(|| self.interrupt.failure())?;
+        self.developed.set(self.developed.get() + 1);
         self.say("writing the film");
         let staged = match kind {
             FilmKind::Own(format) => target.stage(|writer| self.write_film(writer, &film, format)),
@@ -265,6 +282,10 @@ impl Delivery<'_> {
         }
         Ok(())
     }
+}
+
+fn is_deep(format: PictureFormat) -> bool {
+    matches!(format, PictureFormat::Png16 | PictureFormat::Tiff16)
 }
 
 /// A color as it is shown.

@@ -1,5 +1,6 @@
 //! One photograph after another is painted.
 
+use std::cell::Cell;
 use std::time::Instant;
 
 use girtin::grid::Raster;
@@ -142,6 +143,8 @@ impl Work<'_> {
             interrupt: self.interrupt,
             progress,
             done,
+            developed: Cell::new(0),
+            developments: Delivery::developments_for(errand, painting.painted.glazes.len()),
         };
         let mut delivered = delivery.write(errand)?;
         if let (Some(targets), Some(planned)) = (&errand.targets, &planned) {
