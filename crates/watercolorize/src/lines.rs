@@ -75,7 +75,7 @@ pub fn light_lines(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32
     let lines = Raster::from_fn(lab.width(), lab.height(), |x, y| {
         let [_, clear] = flow.at(x, y);
         let lighter = smoothstep(lightness.at(x, y) - around.at(x, y), 2.5, 8.0);
-        let line = smoothstep(lines.at(x, y), 0.55, 1.5);
+        let line = 0.8 * smoothstep(lines.at(x, y), 0.7, 1.8);
         line * lighter * smoothstep(clear, 0.3, 0.6) * (0.35 + 0.65 * smoothstep(attention.at(x, y), 0.0, 0.3))
     });
     let cell = mount.long_edge as f32 * mount.long_edge as f32;

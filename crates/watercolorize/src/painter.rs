@@ -378,7 +378,7 @@ impl<'a> Painter<'a> {
         let walled = Raster::from_fn(walls.width(), walls.height(), |x, y| {
             if open.at(x, y) != 0 { walls.at(x, y) } else { u32::MAX }
         });
-        let blind = within(&current, &walled, self.cells(0.009 * freedom));
+        let blind = within(&current, &walled, self.cells(0.007 * freedom));
         let near = within(&current, &open.map(u32::from), self.cells(0.002));
         Raster::from_fn(walls.width(), walls.height(), |x, y| {
             mixed(blind.at(x, y), near.at(x, y), self.exact.at(x, y))
