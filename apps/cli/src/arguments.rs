@@ -8,7 +8,7 @@ use girtin::optics::{Library, LinearRgb, Pigment, Srgb, UnknownPigment};
 use girtin::painting::WaterDetail;
 use girtin::painting::picture::PictureMeta;
 use girtin::params::row::Parameters;
-use girtin::params::{Row, Value};
+use girtin::params::{Row, Value, hint_for};
 use girtin::wash::{C97Params, Capillary, LivingParams, WashModel};
 
 use crate::failure::Failure;
@@ -248,6 +248,36 @@ pub fn parse_sides(text: &str) -> Result<[f64; 2], String> {
     sides
         .filter(|sides| sides.iter().all(|side| (0.1..=1e5).contains(side)))
         .ok_or_else(|| "give width and height such as `60x40`, from 0.1 to 100000".to_owned())
+}
+
+/// The help of `--set`: a line for each row.
+pub fn set_help<P: Parameters>() -> String {
+    let line = |row: &Row| {
+        let (low, high) = row.hard;
+        format!("  {}={}  {} From {low} to {high}.\n", row.id, row.default, row.tooltip())
+    };
+    let lines: String = P::ROWS.iter().map(line).collect();
+    format!("Any parameter; may be repeated. Those there are, with their defaults:\n{lines}")
+}
+
+/// Sets a parameter from `key=value`.
+///
+/// # Errors
+/// It is none, or its value is not allowed.
+pub fn set<P: Parameters>(parameters: &mut P, word: &str) -> Result<(), Failure> {
+    let Some((key, value)) = word.split_once('=') else {
+        return Err(Failure::usage(format!("`--set {word}` has no value")).hint("write `--set key=value`"));
+    };
+    let id = key.trim().replace('-', "_");
+    let Some(row) = P::ROWS.iter().find(|row| row.id == id) else {
+        let ids: Vec<&str> = P::ROWS.iter().map(|row| row.id).collect();
+        return Err(Failure::usage(format!("no parameter is called `{key}`")).hint(hint_for(&id, &ids)));
+    };
+    let (low, high) = row.hard;
+    let wrong =
+        |error| Failure::usage(format!("`--set {word}`: {error}")).hint(format!("from {low} to {high}"));
+    let value = row.parse(value).map_err(wrong)?;
+    parameters.set(row.id, value).map_err(wrong)
 }
 
 /// A number within limits.

@@ -27,7 +27,10 @@ pub struct StockFiles {
 
 impl StockFiles {
     /// A stock and these, in the place of its own of the same id.
-    fn over(&self, mut stock: Stock) -> Result<Stock, Failure> {
+    ///
+    /// # Errors
+    /// A file cannot be read, or is no pigment or paper.
+    pub fn over(&self, mut stock: Stock) -> Result<Stock, Failure> {
         stock.pigments = self.pigments.over(stock.pigments)?;
         for path in &self.papers {
             stock.papers.insert(Paper::from_toml(&path.display().to_string(), &input::read_text(path)?)?);

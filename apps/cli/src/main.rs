@@ -18,6 +18,7 @@ mod progress;
 mod interrupt;
 mod failure;
 
+mod watercolorize;
 mod paint;
 mod effects;
 mod swatches;
@@ -25,6 +26,7 @@ mod wash;
 mod pigments;
 mod mix;
 mod paper;
+mod mattes;
 mod inspect;
 mod bench;
 mod shell;
@@ -44,6 +46,7 @@ use crate::interrupt::Interrupt;
     version,
     arg_required_else_help = true,
     after_help = "Examples:
+  girtin watercolorize photo.jpg painting.png
   girtin wash --state in.npz --pigments cobalt-blue --steps 200 --save out.npz --image out.png
   girtin mix hansa-yellow:0.4 cerulean-blue:0.3 --then quinacridone-rose:0.2
 
@@ -57,6 +60,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Verb {
+    Watercolorize(Box<watercolorize::WatercolorizeArgs>),
     Paint(paint::PaintArgs),
     Effects(effects::EffectsArgs),
     Swatches(swatches::SwatchesArgs),
@@ -64,6 +68,7 @@ enum Verb {
     Pigments(pigments::PigmentsArgs),
     Mix(mix::MixArgs),
     Paper(paper::PaperArgs),
+    Mattes(mattes::MattesArgs),
     Inspect(inspect::InspectArgs),
     Bench(bench::BenchArgs),
     Completions(shell::CompletionsArgs),
@@ -84,6 +89,7 @@ fn run() -> Result<(), Failure> {
     };
     let interrupt = Interrupt::listen()?;
     match &cli.verb {
+        Verb::Watercolorize(args) => watercolorize::run(args, &interrupt),
         Verb::Paint(args) => paint::run(args, &interrupt),
         Verb::Effects(args) => effects::run(args, &interrupt),
         Verb::Swatches(args) => swatches::run(args, &interrupt),
@@ -91,6 +97,7 @@ fn run() -> Result<(), Failure> {
         Verb::Pigments(args) => pigments::run(args, &interrupt),
         Verb::Mix(args) => mix::run(args),
         Verb::Paper(args) => paper::run(args, &interrupt),
+        Verb::Mattes(args) => mattes::run(args, &interrupt),
         Verb::Inspect(args) => inspect::run(args),
         Verb::Bench(args) => bench::run(args, &interrupt),
         Verb::Completions(args) => shell::completions(args, &mut Cli::command()),

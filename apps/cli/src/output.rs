@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 use std::fs::{self, File};
-use std::io::{self, BufWriter, IsTerminal, Write};
+use std::io::{self, BufWriter, IsTerminal, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use girtin::painting::GirtinFileError;
@@ -269,6 +269,11 @@ impl Target {
         matches!(&self.place, Place::File(place) if is_same_file(place, file))
     }
 
+    /// Its name as it was given.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// Whether it goes to the standard output.
     pub fn is_stdout(&self) -> bool {
         matches!(self.place, Place::Stdout)
@@ -282,12 +287,7 @@ impl Target {
         &self,
         write: impl FnOnce(&mut dyn Write) -> Result<(), WriteFault>,
     ) -> Result<Staged, Failure> {
-        let staged = |file| Staged { file, name: self.name.clone(), overwrite: self.overwrite };
-        let fault = |fault| match fault {
-            WriteFault::Medium(error) if self.is_stdout() => Failure::stdout(&error),
-            WriteFault::Medium(error) => cannot_write(&self.name, &error),
-            WriteFault::Content(cause) => Failure::failed(format!("cannot write `{}`: {cause}", self.name)),
-        };
+        let (staged, fault) = (|file| self.staged(file), |fault| self.fault(fault));
         let through = |inner: &mut dyn Write| -> Result<(), WriteFault> {
             let mut buffer = BufWriter::with_capacity(1 << 18, inner);
             write(&mut buffer)?;
@@ -312,6 +312,43 @@ impl Target {
                 })
                 .map_err(fault)
                 .map(|file| staged(Some((file, path.clone())))),
+        }
+    }
+
+    /// As [`Target::stage`], for formats that are not written from front to back.
+    ///
+    /// # Errors
+    /// As [`Target::stage`].
+    pub fn stage_file(
+        &self,
+        write: impl FnOnce(&mut File) -> Result<(), WriteFault>,
+    ) -> Result<Staged, Failure> {
+        if let Place::File(path) = &self.place {
+            let written = beside(path).map_err(WriteFault::Medium).and_then(|mut file| {
+                write(file.as_file_mut())?;
+                file.as_file().sync_all()?;
+                Ok(file)
+            });
+            let file = written.map_err(|fault| self.fault(fault))?;
+            return Ok(self.staged(Some((file, path.clone()))));
+        }
+        self.stage(|writer| {
+            let mut file = tempfile::tempfile()?;
+            write(&mut file)?;
+            file.seek(SeekFrom::Start(0))?;
+            Ok(io::copy(&mut file, writer).map(drop)?)
+        })
+    }
+
+    fn staged(&self, file: Option<(NamedTempFile, PathBuf)>) -> Staged {
+        Staged { file, name: self.name.clone(), overwrite: self.overwrite }
+    }
+
+    fn fault(&self, fault: WriteFault) -> Failure {
+        match fault {
+            WriteFault::Medium(error) if self.is_stdout() => Failure::stdout(&error),
+            WriteFault::Medium(error) => cannot_write(&self.name, &error),
+            WriteFault::Content(cause) => Failure::failed(format!("cannot write `{}`: {cause}", self.name)),
         }
     }
 

@@ -137,7 +137,7 @@ const STRIPE: std::ops::Range<usize> = 44..66;
 const THICKEST: f32 = 2.0;
 
 /// A swatch of each pigment, row by row.
-fn chart(pigments: &[&Pigment]) -> Raster<LinearRgb> {
+pub fn chart(pigments: &[&Pigment]) -> Raster<LinearRgb> {
     let columns = (1..=4).find(|n| n * n * 2 >= pigments.len()).unwrap_or(4);
     let rows = pigments.len().div_ceil(columns);
     let mut chart = Raster::new(columns * CELL[0] + MARGIN, rows * CELL[1] + MARGIN, LinearRgb::WHITE);

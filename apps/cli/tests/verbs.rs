@@ -7,7 +7,8 @@ use std::process::Stdio;
 use common::{Folder, Ran, holds, png_size};
 use serde_json::Value;
 
-const VERBS: [&str; 11] = [
+const VERBS: [&str; 13] = [
+    "watercolorize",
     "paint",
     "effects",
     "swatches",
@@ -15,6 +16,7 @@ const VERBS: [&str; 11] = [
     "pigments",
     "mix",
     "paper",
+    "mattes",
     "inspect",
     "bench",
     "completions",

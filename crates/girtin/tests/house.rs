@@ -153,6 +153,9 @@ fn the_table_of_parameters_is_current() {
     use girtin::params::manual::markdown;
     use girtin::params::row::Parameters;
     use girtin::wash::{C97Params, Capillary, LivingParams};
+    use girtin::watercolorize::PhotoParams;
+    use girtin::watercolorize::c97::{PlanningParams, SeparationParams};
+    use girtin::watercolorize::mattes::MattesParams;
 
     let page = format!(
         "# Parameters\n\nGenerated from the rows in the code; `GIRTIN_WRITE_GOLDENS=1 cargo test -p girtin --test house` \
@@ -160,10 +163,17 @@ fn the_table_of_parameters_is_current() {
          documents, and with `--living-` before them of `girtin wash`. Lengths are millimetres of paper, times reference \
          steps, film is the depth of water that C97 calls pressure; the symbol is the name in \
          `fidelity/wash/living.py`.\n\n{}\n## Wash, model `c97`\n\nKeys of `wash.toml` and of `[glaze.wash]`.\n\n{}\n\
-         ## Capillary layer\n\nKeys of `[capillary]`; the layer is on when the table is there.\n\n{}",
+         ## Capillary layer\n\nKeys of `[capillary]`; the layer is on when the table is there.\n\n{}\n\
+         ## Photographs\n\nKeys of a preset's file, and of `--set` of `girtin watercolorize`.\n\n{}\n\
+         ## Mattes\n\nKeys of `--set` of `girtin mattes`.\n\n{}\n\
+         ## Glazes from mattes\n\nKeys of a file of glazes, and of `[matte.planning]` in it.\n\n{}\n{}",
         markdown(LivingParams::ROWS),
         markdown(C97Params::ROWS),
         markdown(Capillary::ROWS),
+        markdown(PhotoParams::ROWS),
+        markdown(MattesParams::ROWS),
+        markdown(SeparationParams::ROWS),
+        markdown(PlanningParams::ROWS),
     );
     let path = root().join("docs/parameters.md");
     if std::env::var_os("GIRTIN_WRITE_GOLDENS").is_some() {

@@ -4,7 +4,8 @@
 //! - [`color`]: colors that say what they hold, linear or encoded, and how different two of them look;
 //! - [`kubelka_munk`]: a pigment's absorption and scattering, layers of it, stacks and mixtures;
 //! - [`pigment`]: a named paint, its optics and how it handles in water, from a TOML file;
-//! - [`library`]: the paints that come with Girtin, found by any of their names.
+//! - [`library`]: the paints that come with Girtin, found by any of their names;
+//! - [`palette`]: some of them, and a painter's own, from a file.
 //!
 //! ```
 //! use girtin_optics::{Library, LinearRgb, glaze};
@@ -24,9 +25,11 @@
 pub mod color;
 pub mod kubelka_munk;
 pub mod library;
+pub mod palette;
 pub mod pigment;
 
 pub use color::{BadHex, Lab, LinearRgb, Srgb};
 pub use kubelka_munk::{Coefficients, ImpossibleAppearance, Layer, Published, glaze, glaze_row, mixture};
 pub use library::{Library, UnknownPigment};
+pub use palette::Palette;
 pub use pigment::{Character, Handling, Pigment};

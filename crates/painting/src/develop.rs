@@ -13,6 +13,8 @@ use crate::resolve::{PlannedGlaze, PlannedOutline, PlannedSheet};
 
 /// Rows of pixels that are developed at a time.
 const BAND: usize = 32;
+/// Bands between two looks at whether to go on: enough for many threads.
+const BANDS: usize = 32;
 
 /// Least and most that grain makes of an amount.
 const GRAIN: [f32; 2] = [0.15, 2.5];
@@ -55,17 +57,34 @@ impl<'a> Development<'a> {
 
     /// The picture with every color given another form; it never exists as a whole in linear light.
     pub fn encoded<T: Copy + Send>(&self, encode: impl Fn(LinearRgb) -> T + Sync) -> Raster<T> {
+        self.encoded_while(encode, |_| true).unwrap_or_else(|| unreachable!("nobody ends it"))
+    }
+
+    /// [`Development::encoded`], as long as `goes_on` says so, which is told now and then how much is done, 0 to 1;
+    /// `None` once it does not.
+    pub fn encoded_while<T: Copy + Send>(
+        &self,
+        encode: impl Fn(LinearRgb) -> T + Sync,
+        goes_on: impl Fn(f64) -> bool,
+    ) -> Option<Raster<T>> {
         let [width, height] = self.sheet.picture;
-        let bands: Vec<Vec<T>> = (0..height.div_ceil(BAND))
-            .into_par_iter()
-            .map(|band| {
-                let first = band * BAND;
-                let rows = first..(first + BAND).min(height);
-                self.band(rows).into_iter().map(&encode).collect()
-            })
-            .collect();
-        let pixels: Vec<T> = bands.concat();
-        Raster::from_vec(width, height, pixels).unwrap_or_else(|| unreachable!("a value for each pixel"))
+        let mut pixels: Vec<T> = Vec::with_capacity(width * height);
+        let bands: Vec<usize> = (0..height.div_ceil(BAND)).collect();
+        for some in bands.chunks(BANDS) {
+            let developed: Vec<Vec<T>> = some
+                .par_iter()
+                .map(|band| {
+                    let first = band * BAND;
+                    let rows = first..(first + BAND).min(height);
+                    self.band(rows).into_iter().map(&encode).collect()
+                })
+                .collect();
+            developed.iter().for_each(|band| pixels.extend_from_slice(band));
+            if !goes_on(pixels.len() as f64 / (width * height) as f64) {
+                return None;
+            }
+        }
+        Raster::from_vec(width, height, pixels)
     }
 
     /// Pixels of some rows.

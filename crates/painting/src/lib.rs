@@ -9,6 +9,7 @@
 //! - [`memory`]: how much memory it will take;
 //! - [`paint`]: every glaze is simulated; [`dried`]: what it left, cell by cell;
 //! - [`develop`]: the picture, at its own resolution; [`composite`]: pigment becomes color;
+//! - [`timelapse`]: the picture as it grows; [`contact_sheet`]: many pictures in one, with their names;
 //! - files: [`girtin_file`], a painting that stands alone; [`state_file`], a wash's state as NumPy reads it;
 //!   [`map_file`]; [`picture`], pictures in and out; [`ora`], glazes as layers; [`film`], a painting as it grows.
 #![forbid(unsafe_code)]
@@ -25,6 +26,9 @@ mod easel;
 pub mod dried;
 pub mod develop;
 pub mod composite;
+pub mod timelapse;
+pub mod contact_sheet;
+mod lettering;
 
 mod archive;
 pub mod girtin_file;
@@ -34,10 +38,12 @@ pub mod picture;
 pub mod ora;
 pub mod film;
 
+pub use contact_sheet::ContactSheet;
 pub use develop::Development;
 pub use document::{Document, Stock};
 pub use girtin_file::{GirtinFile, GirtinFileError, PaintedRecord};
 pub use maps::{MapChest, Maps, StoredMap};
 pub use paint::{PaintConfig, PaintError, Painted, PaintedGlaze, PigmentBalance, WaterDetail};
 pub use resolve::ResolveError;
+pub use timelapse::Timelapse;
 pub use wash_settings::{WashSettings, handling_of};

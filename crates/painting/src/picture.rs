@@ -5,6 +5,7 @@
 //! - `kind`: which format a file is of; `decode`, `jpeg`: its pixels as they are stored, upright;
 //! - [`read_grey`]: numbers from 0 to 1, as stored; a map's 128 is 0.502 whatever color space the file claims;
 //! - [`read_photo`]: light, through the file's color profile (`light`), over a ground where it is transparent;
+//! - [`read_size`]: how large a photograph is, without decoding it;
 //! - [`write_picture`]: sRGB into a [`PictureFormat`], with the resolution that follows from the millimetres of
 //!   paper; [`write_png`] and [`write_grey_png`] for rasters of bytes.
 
@@ -14,6 +15,7 @@ mod decode;
 mod jpeg;
 mod light;
 mod read;
+mod size;
 mod meta;
 mod png_file;
 mod tiff_file;
@@ -25,6 +27,7 @@ pub use meta::{PictureMeta, WriteError};
 pub(crate) use png_file::{encoder, write_png_rgba};
 pub use png_file::{write_grey_png, write_grey_png_16, write_png};
 pub use read::{Photo, read_grey, read_photo};
+pub use size::read_size;
 pub use write::{PictureFormat, Rows, write_picture};
 
 #[cfg(test)]

@@ -225,6 +225,11 @@ impl<'a> Table<'a> {
         Fault { message: message.into(), hint: None, span }
     }
 
+    /// A fault at a place of this file, such as an item of a list.
+    pub fn fault_at(&self, place: &Place, message: impl Into<String>) -> Fault {
+        Fault { message: message.into(), hint: None, span: place.span.clone() }
+    }
+
     fn wrong(&self, key: &str, wanted: &str, found: &DeValue<'_>) -> Fault {
         self.fault(key, format!("`{}{key}` must be {wanted}, not {}", self.path, article(found)))
     }

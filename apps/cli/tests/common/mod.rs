@@ -10,6 +10,7 @@ use std::process::{Command, Stdio};
 use girtin::grid::Raster;
 use girtin::painting::state_file;
 use girtin::wash::WashState;
+use image::{DynamicImage, ImageFormat, RgbImage};
 use tempfile::TempDir;
 
 /// What a run of the command gave.
@@ -129,6 +130,28 @@ impl Folder {
         assert!(self.files() == before, "`{line}` changed files");
         (cause.to_owned(), hint.to_owned())
     }
+}
+
+/// A photograph of a hill under a sky with a red disc in it.
+pub fn photo(width: u32, height: u32) -> RgbImage {
+    RgbImage::from_fn(width, height, |x, y| {
+        let (u, v) = (f64::from(x) / f64::from(width), f64::from(y) / f64::from(height));
+        let hill = 0.6 + 0.15 * (6.0 * u).sin();
+        let disc = (u - 0.7).hypot(v - 0.3) < 0.15;
+        let color = match (disc, v > hill) {
+            (true, _) => [190.0, 60.0, 40.0],
+            (_, true) => [70.0 + 60.0 * u, 90.0 - 20.0 * v, 50.0],
+            _ => [150.0 + 90.0 * v, 180.0 + 60.0 * v, 235.0],
+        };
+        image::Rgb(color.map(|value| value as u8))
+    })
+}
+
+/// A picture as a file's bytes.
+pub fn picture_file(picture: impl Into<DynamicImage>, format: ImageFormat) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    picture.into().write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
 }
 
 /// A puddle of pigments on bumpy paper.

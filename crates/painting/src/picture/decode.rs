@@ -29,7 +29,7 @@ pub(super) struct Decoded {
 }
 
 /// Bytes that tell a format: SVG comes late in its file.
-const HEAD: u64 = 1024;
+pub(super) const HEAD: u64 = 1024;
 
 /// Decodes a picture; there is room for a raster of values of `value_bytes` besides.
 ///
@@ -177,7 +177,7 @@ fn through(
 pub(super) const INKS: &str =
     "the picture is made of printing inks (CMYK), and its colors are a guess: save it as sRGB for exact ones";
 
-fn picture_error(error: ImageError, limits: &PictureLimits) -> PictureError {
+pub(super) fn picture_error(error: ImageError, limits: &PictureLimits) -> PictureError {
     match error {
         ImageError::IoError(error) => io_error(error),
         ImageError::Limits(_) => PictureError::Memory { most: limits.decoder_bytes },

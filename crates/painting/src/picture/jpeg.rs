@@ -83,7 +83,7 @@ fn separate([y, cb, cr, _]: &mut [u8; 4]) {
     [*y, *cb, *cr] = inks.map(|ink| 255 - ink.round().clamp(0.0, 255.0) as u8);
 }
 
-fn fault(error: DecodeErrors) -> PictureError {
+pub(super) fn fault(error: DecodeErrors) -> PictureError {
     match error {
         DecodeErrors::Unsupported(scheme) => PictureError::Unsupported(one_line(&format!("{scheme:?}"))),
         DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_) => PictureError::Truncated,

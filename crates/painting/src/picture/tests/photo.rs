@@ -148,6 +148,8 @@ fn every_orientation_becomes_upright() {
         for (format, bytes) in turned(orientation).iter().enumerate() {
             let photo = seen(bytes).unwrap();
             assert_eq!(photo.stored_size, (24, 16));
+            let size = read_size(Cursor::new(bytes), None, &PictureLimits::default()).unwrap();
+            assert_eq!(size, (photo.pixels.width() as u32, photo.pixels.height() as u32));
             for (y, row) in upright.split('/').enumerate() {
                 assert_eq!(photo.pixels.width(), 8 * row.len());
                 for (x, square) in row.bytes().enumerate() {

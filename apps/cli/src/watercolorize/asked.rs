@@ -1,0 +1,297 @@
+//! How photographs are painted: preset, palette, paper, sheet and every parameter.
+
+use std::path::{Path, PathBuf};
+
+use clap::ValueEnum;
+use girtin::optics::{Library, Palette};
+use girtin::painting::Stock;
+use girtin::params::{hint_for, parse};
+use girtin::watercolorize::separate::MOST;
+use girtin::watercolorize::{Border, Mounting, PRESETS, PhotoParams, Preset};
+
+use crate::arguments::{real_within, set, set_help, unknown_pigment};
+use crate::failure::Failure;
+use crate::input;
+
+/// Options of how it is painted.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Painting")]
+pub struct AskedArgs {
+    /// Manner of painting: classic, loose, wet-in-wet, detailed, pen or monochrome, or a TOML file of your own
+    #[arg(long, value_name = "NAME|FILE", default_value = "classic", conflicts_with = "contact_sheet")]
+    preset: String,
+    /// Pigments to paint with, by name or from a TOML file with `pigments = [...]`; chosen for the photograph if not given
+    #[arg(long, value_name = "A,B,C|FILE")]
+    palette: Option<String>,
+    /// How closely the painting follows the photograph, from 0, freely, to 1
+    #[arg(long, value_name = "X", value_parser = real_within(0.0, 1.0))]
+    fidelity: Option<f64>,
+    /// How much is drawn exactly where the eye rests
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = Detail::Normal)]
+    detail: Detail,
+    /// How wet washes are, and how far they run: 1 is usual, 0 to 3
+    #[arg(long, value_name = "X", value_parser = real_within(0.0, 3.0))]
+    wetness: Option<f64>,
+    /// How many washes are laid over each other, 1 to 6
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=6))]
+    washes: Option<u32>,
+    /// Any parameter of a preset, such as `ink=0.8`; may be repeated; `--help` lists them
+    #[arg(long = "set", value_name = "KEY=VALUE", long_help = set_help::<PhotoParams>())]
+    set: Vec<String>,
+    /// Seed of all accidents: another one is another painting of the same photograph
+    // As large as a document can say.
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    seed: u32,
+    /// Long edge of the picture on paper, such as 160mm, 30cm or 12in
+    #[arg(long, value_name = "LENGTH", default_value = "160mm", value_parser = parse_length)]
+    sheet: f64,
+    /// Bare sheet on each side, a part of the long edge; 0 is exactly the photograph's size, painted edge to edge
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.05, value_parser = real_within(0.0, 0.5))]
+    margin: f64,
+    /// How the painting ends before the margin
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = Edge::Ragged)]
+    border: Edge,
+    /// Paper, see `girtin paper --list`; else the preset's
+    #[arg(long, value_name = "NAME")]
+    paper: Option<String>,
+}
+
+/// How much is drawn exactly.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Detail {
+    /// Large shapes only, and quickly
+    Low,
+    /// As the preset has it
+    Normal,
+    /// Faces and lettering can be read
+    High,
+}
+
+impl Detail {
+    /// What it makes of a preset's detail, and its planning size.
+    fn apply(self, params: &mut PhotoParams) {
+        match self {
+            Self::Low => {
+                params.detail = params.detail.min(0.5);
+                params.plan_cells = params.plan_cells.min(560);
+            }
+            Self::Normal => {}
+            Self::High => {
+                params.detail = (1.3 * params.detail).min(2.0);
+                params.plan_cells = params.plan_cells.max(1000);
+            }
+        }
+    }
+}
+
+/// See [`Border`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Edge {
+    /// As the brush ended
+    Ragged,
+    /// Along masking tape
+    Taped,
+}
+
+/// A recipe for any photograph.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recipe {
+    /// Name of the preset, or of its file.
+    pub preset: String,
+    /// Parameters.
+    pub params: PhotoParams,
+    /// Ids of pigments, if they are not to be chosen.
+    pub palette: Option<Vec<String>>,
+    /// Id of the paper.
+    pub paper: String,
+    /// How it lies on the sheet.
+    pub mounting: Mounting,
+    /// Seed.
+    pub seed: u64,
+}
+
+impl AskedArgs {
+    /// The files that are read.
+    pub fn files(&self) -> impl Iterator<Item = PathBuf> {
+        let given = [Some(&self.preset), self.palette.as_ref()].into_iter().flatten();
+        given.filter(|name| is_file(name)).map(PathBuf::from).collect::<Vec<_>>().into_iter()
+    }
+
+    /// The recipe that is asked for, and for contact sheets one of each preset; own pigments join the stock.
+    ///
+    /// # Errors
+    /// A name is unknown, a file is wrong, or a value not allowed.
+    pub fn recipes(&self, stock: &mut Stock, all: bool) -> Result<Vec<Recipe>, Failure> {
+        let palette = self.palette(&mut stock.pigments)?;
+        let named =
+            if all { PRESETS.iter().map(|p| p.name.to_owned()).collect() } else { vec![self.preset.clone()] };
+        named.into_iter().map(|name| self.recipe(name, palette.as_ref(), stock)).collect()
+    }
+
+    fn recipe(&self, name: String, palette: Option<&Vec<String>>, stock: &Stock) -> Result<Recipe, Failure> {
+        let preset = preset(&name, stock)?;
+        let mut params = preset.params;
+        self.detail.apply(&mut params);
+        params.fidelity = self.fidelity.unwrap_or(params.fidelity);
+        params.wetness = self.wetness.unwrap_or(params.wetness);
+        params.washes = self.washes.unwrap_or(params.washes);
+        self.set.iter().try_for_each(|word| set(&mut params, word))?;
+        let paper = match &self.paper {
+            Some(name) => {
+                stock.papers.get(name).map_err(|error| Failure::usage(&error).hint(error.hint.clone()))?
+            }
+            None => stock.papers.get(&preset.paper).map_err(Failure::input)?,
+        };
+        let border = match self.border {
+            Edge::Ragged => Border::Ragged,
+            Edge::Taped => Border::Taped,
+        };
+        Ok(Recipe {
+            preset: name,
+            params,
+            palette: palette.cloned().or(preset.palette),
+            paper: paper.id.clone(),
+            mounting: Mounting { long_edge_mm: self.sheet, margin: self.margin, border },
+            seed: u64::from(self.seed),
+        })
+    }
+
+    /// Ids of the pigments that are asked for.
+    fn palette(&self, library: &mut Library) -> Result<Option<Vec<String>>, Failure> {
+        let Some(given) = &self.palette else { return Ok(None) };
+        let ids = if is_file(given) {
+            let palette = Palette::from_toml(given, &input::read_text(Path::new(given))?, library)?;
+            *library = palette.library;
+            if palette.pigments.len() > MOST {
+                return Err(too_many(palette.pigments.len(), Failure::input));
+            }
+            palette.pigments
+        } else {
+            let mut ids: Vec<String> = Vec::new();
+            for name in given.split(',').map(str::trim) {
+                let pigment = library.get(name).map_err(|error| unknown_pigment(&error))?;
+                if ids.contains(&pigment.id) {
+                    return Err(Failure::usage(format!("`--palette` has `{}` twice", pigment.id))
+                        .hint("name each pigment once"));
+                }
+                ids.push(pigment.id.clone());
+            }
+            ids
+        };
+        if ids.len() > MOST {
+            return Err(too_many(ids.len(), Failure::usage));
+        }
+        Ok(Some(ids))
+    }
+}
+
+fn too_many(count: usize, kind: fn(String) -> Failure) -> Failure {
+    kind(format!("the palette has {count} pigments; at most {MOST} are mixed")).hint("leave some out")
+}
+
+/// Whether a name means a file.
+fn is_file(name: &str) -> bool {
+    name.ends_with(".toml") || name.contains('/')
+}
+
+/// A built-in preset or one from a file, all of whose names are known.
+fn preset(name: &str, stock: &Stock) -> Result<Preset, Failure> {
+    if !is_file(name) {
+        let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
+        return Preset::built_in(name).ok_or_else(|| {
+            Failure::usage(format!("no preset is called `{name}`")).hint(hint_for(name, &known))
+        });
+    }
+    let text = input::read_text(Path::new(name))?;
+    let mut preset = Preset::from_toml(name, &text)?;
+    // Names are looked up while their places are known.
+    let palette = parse(name, &text, |table| {
+        let names = table.texts("palette")?.unwrap_or_default();
+        let mut ids = Vec::new();
+        for (place, name) in table.places("palette").iter().zip(names) {
+            let unknown = |error: girtin::optics::UnknownPigment| {
+                table.fault_at(place, error.to_string()).hint(error.hint())
+            };
+            ids.push(stock.pigments.get(&name).map_err(unknown)?.id.clone());
+        }
+        if table.has("palette") && !(1..=MOST).contains(&ids.len()) {
+            let fault = table.fault("palette", format!("the palette has {} pigments", ids.len()));
+            return Err(fault.hint(format!("name 1 to {MOST}")));
+        }
+        if let Some(paper) = table.text("paper")? {
+            stock
+                .papers
+                .get(&paper)
+                .map_err(|error| table.fault("paper", error.to_string()).hint(error.hint))?;
+        }
+        let _: PhotoParams = table.parameters()?;
+        Ok(ids)
+    })?;
+    preset.palette = preset.palette.map(|_| palette);
+    Ok(preset)
+}
+
+/// Lengths of paper that can be asked for, mm.
+const LENGTHS: std::ops::RangeInclusive<f64> = 10.0..=1500.0;
+
+/// A length in millimetres: `160mm`, `30cm`, `12in`.
+///
+/// # Errors
+/// It is no number with a unit, or no sheet's.
+fn parse_length(text: &str) -> Result<f64, String> {
+    let text = text.trim();
+    let unit = text.trim_start_matches(|c: char| c.is_ascii_digit() || c == '.');
+    let number: Option<f64> = text[..text.len() - unit.len()].parse().ok();
+    let factor = match unit.trim().to_ascii_lowercase().as_str() {
+        "mm" => Some(1.0),
+        "cm" => Some(10.0),
+        "in" | "\"" => Some(25.4),
+        _ => None,
+    };
+    let mm = number.zip(factor).map(|(number, factor)| number * factor);
+    let told =
+        || "give a number with its unit, from 10mm to 150cm, such as `160mm`, `30cm` or `12in`".to_owned();
+    mm.filter(|mm| LENGTHS.contains(mm)).ok_or_else(told)
+}
+
+#[cfg(test)]
+mod tests {
+    use girtin::params::row::Parameters;
+
+    use super::*;
+
+    #[test]
+    fn lengths_have_a_unit() {
+        assert_eq!(parse_length("160mm"), Ok(160.0));
+        assert_eq!(parse_length("30 cm"), Ok(300.0));
+        assert_eq!(parse_length("12in"), Ok(12.0 * 25.4));
+        for bad in ["", "160", "mm", "-3cm", "9mm", "2000mm", "1..2cm"] {
+            assert!(parse_length(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn any_parameter_can_be_set() {
+        let mut params = PhotoParams::default();
+        for row in PhotoParams::ROWS {
+            set(&mut params, &format!("{}={}", row.id.replace('_', "-"), row.hard.0)).unwrap();
+            assert!(set(&mut params, &format!("{}={}", row.id, row.hard.1 + 1.0)).is_err(), "{}", row.id);
+        }
+        for bad in ["ink", "inc=1", "ink=much", "=1"] {
+            assert!(set(&mut params, bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn levels_of_detail_stay_within_the_rows() {
+        for name in PRESETS.iter().map(|preset| preset.name) {
+            for detail in [Detail::Low, Detail::High] {
+                let mut params = Preset::built_in(name).unwrap().params;
+                detail.apply(&mut params);
+                for row in PhotoParams::ROWS {
+                    row.check(params.get(row.id).unwrap()).unwrap();
+                }
+            }
+        }
+    }
+}

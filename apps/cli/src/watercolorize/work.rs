@@ -1,0 +1,275 @@
+//! One photograph after another is painted.
+
+use std::cell::Cell;
+use std::time::Instant;
+
+use girtin::grid::Raster;
+use girtin::painting::picture::write_picture;
+use girtin::painting::{ContactSheet, PaintError, ResolveError, Stock};
+use girtin::watercolorize::{Painting, PhotoError, Request, Stage, Watch, watercolorize};
+use serde_json::{Value, json};
+
+use crate::arguments::MeansArgs;
+use crate::failure::Failure;
+use crate::input;
+use crate::interrupt::Interrupt;
+use crate::output::print;
+use crate::progress::Stages as Progress;
+
+use super::asked::Recipe;
+use super::deliver::{Delivered, Delivery, bytes};
+use super::outputs::Errand;
+use super::photo::{MaskArgs, Opened, Reading};
+use super::plan::Plan;
+use super::told::Told;
+
+/// What every painting of a command shares.
+#[derive(Debug)]
+pub struct Work<'a> {
+    /// How they are painted: one recipe, or those of a contact sheet.
+    pub recipes: &'a [Recipe],
+    pub is_contact_sheet: bool,
+    pub stock: &'a Stock,
+    pub masks: &'a MaskArgs,
+    pub reading: Reading,
+    pub json: bool,
+    pub means: MeansArgs,
+    pub interrupt: &'a Interrupt,
+}
+
+/// The photograph with its masks.
+#[derive(Debug)]
+pub struct Material {
+    /// Light.
+    pub photo: Raster<[f32; 3]>,
+    /// Columns and rows that it had.
+    pub size: [usize; 2],
+    masks: [Option<Raster<f32>>; 2],
+    /// Long edge of the picture, pixels.
+    pub long_edge: u32,
+}
+
+/// Pixels a millimetre that a document can say.
+const RESOLUTIONS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
+
+/// What to do about too little memory.
+const SMALLER: &str = "give a smaller `--size`, or `--detail low`";
+
+impl Work<'_> {
+    /// Says what would be done with a photograph.
+    ///
+    /// # Errors
+    /// It cannot be opened.
+    pub fn plan(&self, errand: &Errand) -> Result<(), Failure> {
+        let opened = self.reading.open(&errand.photo)?;
+        let output = errand.picture.as_ref().map_or("none", |(target, _)| target.name());
+        for recipe in self.recipes {
+            let (photo, long_edge) = (opened.size, opened.long_edge);
+            let plan = Plan { recipe, photo, long_edge, mattes: errand.mattes.as_ref() };
+            let text = plan.text(&errand.photo, output);
+            let json = || format!("{}\n", plan.json(&errand.photo, output));
+            print(&if self.json { json() } else { text })?;
+        }
+        Ok(())
+    }
+
+    /// Paints a photograph and writes what is to be written of it.
+    ///
+    /// # Errors
+    /// It cannot be read, painted or written, or it was interrupted.
+    pub fn paint(&self, errand: &Errand, title: &str) -> Result<(), Failure> {
+        let start = Instant::now();
+        let name = errand.photo.display().to_string();
+        let progress = self.means.talk.stages(&name, title);
+        let done = self.painted(errand, &progress);
+        progress.end();
+        let (size, more, delivered) = done?;
+        self.interrupt.check()?;
+        for staged in delivered.staged {
+            staged.commit()?;
+        }
+        if let Some(difference) = delivered.difference {
+            self.means.talk.say(&format!(
+                "girtin: layers put together differ from the painting by {:.3} of 255 in the mean, {} at most",
+                difference.mean, difference.max
+            ));
+        }
+        let seconds = start.elapsed().as_secs_f64();
+        self.means.talk.detail(&format!("{}: {seconds:.1} s", input::name_of(&errand.photo)));
+        let output = errand.picture.as_ref().map(|(target, _)| target.name());
+        if self.json { print(&Told::line(&errand.photo, output, size, &more, seconds)) } else { Ok(()) }
+    }
+
+    /// Everything but names for the outputs: the picture's size, what is told of it, and what was written.
+    fn painted(
+        &self,
+        errand: &Errand,
+        progress: &Progress,
+    ) -> Result<([usize; 2], Value, Delivered), Failure> {
+        progress.at("reading the photograph", 0.0);
+        let opened = self.reading.open(&errand.photo)?;
+        let (photo, long_edge) = (opened.size, opened.long_edge);
+        let plan = |recipe| Plan { recipe, photo, long_edge, mattes: errand.mattes.as_ref() };
+        let plans: Vec<Plan<'_>> = self.recipes.iter().map(plan).collect();
+        self.tell(errand, &plans[0]);
+        if errand.save.is_some() && !RESOLUTIONS.contains(&plans[0].pixels_per_mm()) {
+            let message = format!("a document cannot have {:.3} pixels a mm", plans[0].pixels_per_mm());
+            return Err(Failure::usage(message).hint("choose another `--sheet` or `--size`"));
+        }
+        let most = plans.iter().map(Plan::memory).max().unwrap_or(0);
+        self.means.check_memory(most, SMALLER)?;
+        let material = self.material(errand, opened)?;
+        if self.is_contact_sheet {
+            return self.contact_sheet(errand, &material, progress);
+        }
+        let [painting, developing] = plans[0].seconds();
+        let done = painting / (painting + developing);
+        let recipe = &self.recipes[0];
+        let (painting, planned) = match &errand.mattes {
+            Some(mattes) => {
+                let (painting, planned) = mattes.paint(self, recipe, &material, progress, done)?;
+                (painting, Some(planned))
+            }
+            None => {
+                let say = |stage, part| progress.at(&said(stage, recipe.params.washes), done * part);
+                (self.carry_out(recipe, &material, &say)?, None)
+            }
+        };
+        drop(material);
+        let delivery = Delivery {
+            painting: &painting,
+            stock: self.stock,
+            picture: self.means.picture,
+            interrupt: self.interrupt,
+            progress,
+            done,
+            developed: Cell::new(0),
+            developments: Delivery::developments_for(errand, painting.painted.glazes.len()),
+        };
+        let mut delivered = delivery.write(errand)?;
+        if let (Some(targets), Some(planned)) = (&errand.targets, &planned) {
+            delivered.staged.extend(targets.write(planned)?);
+        }
+        let told = Told::of(recipe, &painting.document, &painting.painted.glazes);
+        self.means.talk.detail(&format!("pigments: {}", told.palette().join(", ")));
+        let mut more = told.json();
+        if let (Some(difference), Some(more)) = (&delivered.difference, more.as_object_mut()) {
+            let difference = json!({ "mean": difference.mean, "max": difference.max });
+            more.insert("layers_difference".to_owned(), difference);
+        }
+        Ok((painting.painted.sheet.picture, more, delivered))
+    }
+
+    fn tell(&self, errand: &Errand, plan: &Plan<'_>) {
+        let output = errand.picture.as_ref().map_or("none", |(target, _)| target.name());
+        self.means.talk.detail(&plan.text(&errand.photo, output));
+        let longest = plan.photo[0].max(plan.photo[1]);
+        if self.reading.size.is_none() && !self.reading.is_preview && longest > plan.long_edge as usize {
+            self.means.talk.detail(&format!(
+                "the painting is {} pixels long and the photograph {longest}: `--size` makes it larger",
+                plan.long_edge
+            ));
+        }
+    }
+
+    fn material(&self, errand: &Errand, opened: Opened) -> Result<Material, Failure> {
+        let (size, long_edge) = (opened.size, opened.long_edge);
+        // Masks are small, and a wrong one is to be said before the photograph is decoded.
+        let masks = self.masks.read(&errand.naming(), opened.size)?;
+        self.interrupt.check()?;
+        Ok(Material { photo: opened.read(self.means.talk)?, size, masks, long_edge })
+    }
+
+    fn carry_out(
+        &self,
+        recipe: &Recipe,
+        material: &Material,
+        progress: &(dyn Fn(Stage, f64) + Sync),
+    ) -> Result<Painting, Failure> {
+        self.interrupt.check()?;
+        let [reserve, detail_map] = &material.masks;
+        let request = Request {
+            photo: &material.photo,
+            params: &recipe.params,
+            palette: recipe.palette.as_deref(),
+            paper: &recipe.paper,
+            mounting: recipe.mounting,
+            seed: recipe.seed,
+            long_edge: material.long_edge,
+            reserve: reserve.as_ref(),
+            detail_map: detail_map.as_ref(),
+            // A file's name is the photographer's own affair.
+            title: "",
+        };
+        let watch = Watch { cancel: Some(self.interrupt.flag()), progress: Some(progress) };
+        watercolorize(&request, self.stock, &watch).map_err(|error| self.failed(&error))
+    }
+
+    /// A painting by each recipe, side by side.
+    fn contact_sheet(
+        &self,
+        errand: &Errand,
+        material: &Material,
+        progress: &Progress,
+    ) -> Result<([usize; 2], Value, Delivered), Failure> {
+        let mut sheet: Option<ContactSheet> = None;
+        let mut told = Vec::new();
+        let count = self.recipes.len();
+        for (at, recipe) in self.recipes.iter().enumerate() {
+            let part = |part: f64| (at as f64 + part) / count as f64;
+            let say = |stage, done| {
+                let stage = format!("{}: {}", recipe.preset, said(stage, recipe.params.washes));
+                progress.at(&stage, part(0.9 * done));
+            };
+            let painting = self.carry_out(recipe, material, &say)?;
+            let picture = painting.painted.development().encoded(bytes);
+            let size = [picture.width(), picture.height()];
+            let sheet = sheet.get_or_insert_with(|| ContactSheet::new(count, size, GROUND));
+            sheet.lay(&picture, &recipe.preset);
+            told.push(Told::of(recipe, &painting.document, &painting.painted.glazes).json());
+        }
+        let names: Vec<&str> = self.recipes.iter().map(|recipe| recipe.preset.as_str()).collect();
+        self.means.talk.detail(&format!("in this order: {}", names.join(", ")));
+        let picture = sheet.map_or_else(|| Raster::new(1, 1, GROUND), ContactSheet::into_picture);
+        let size = [picture.width(), picture.height()];
+        let mut delivered = Delivered::default();
+        if let Some((target, format)) = &errand.picture {
+            let words = [("Seed", self.recipes[0].seed.to_string())];
+            let meta = self.means.picture.meta(None, &words);
+            let write =
+                |writer: &mut dyn std::io::Write| Ok(write_picture(writer, &picture, *format, &meta)?);
+            delivered.staged.push(target.stage(write)?);
+        }
+        Ok((size, json!({ "paintings": told }), delivered))
+    }
+
+    fn failed(&self, error: &PhotoError) -> Failure {
+        if let Err(interrupted) = self.interrupt.check() {
+            return interrupted;
+        }
+        match error {
+            PhotoError::Cancelled => self.interrupt.failure(),
+            PhotoError::Pigment(unknown) => Failure::usage(unknown).hint(unknown.hint()),
+            PhotoError::Palette(_) => Failure::usage(error).hint("name fewer pigments, or at least one"),
+            PhotoError::Resolve(ResolveError::TooLarge { .. } | ResolveError::NoRoom(_))
+            | PhotoError::Paint(PaintError::Resolve(
+                ResolveError::TooLarge { .. } | ResolveError::NoRoom(_),
+            )) => Failure::failed(error).hint(SMALLER),
+            PhotoError::Resolve(_) => Failure::failed(error).hint("choose another `--sheet`"),
+            _ => Failure::failed(error).hint("try another `--seed` or fewer `--washes`"),
+        }
+    }
+}
+
+/// What paintings on a contact sheet lie on.
+const GROUND: [u8; 3] = [231, 230, 227];
+
+/// A stage in words.
+fn said(stage: Stage, washes: u32) -> String {
+    match stage {
+        Stage::Looking => "looking at the photograph".to_owned(),
+        Stage::Palette => "choosing pigments".to_owned(),
+        Stage::Planning(wash) => format!("planning wash {} of {washes}", wash + 1),
+        Stage::Washing(wash) => format!("wash {} of {washes} runs and dries", wash + 1),
+    }
+}
