@@ -5,9 +5,10 @@ use girtin_params::hint_for;
 use crate::recipe::{Paper, plain};
 
 /// The built-in recipes, from smooth to rough, then those with a pattern: file name and text.
-const BUILTIN: [(&str, &str); 7] = [
+const BUILTIN: [(&str, &str); 8] = [
     ("smooth.toml", include_str!("../assets/smooth.toml")),
     ("hot-press.toml", include_str!("../assets/hot-press.toml")),
+    ("fine-grain.toml", include_str!("../assets/fine-grain.toml")),
     ("cold-press.toml", include_str!("../assets/cold-press.toml")),
     ("rough.toml", include_str!("../assets/rough.toml")),
     ("laid.toml", include_str!("../assets/laid.toml")),

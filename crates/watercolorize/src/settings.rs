@@ -154,7 +154,7 @@ impl Preset {
     pub fn from_toml(origin: &str, text: &str) -> Result<Self, Problem> {
         parse(origin, text, |table| {
             let palette = table.texts("palette")?;
-            let paper = table.text("paper")?.unwrap_or_else(|| "cold-press".to_owned());
+            let paper = table.text("paper")?.unwrap_or_else(|| "fine-grain".to_owned());
             Ok(Self { palette, paper, params: table.parameters()? })
         })
     }
