@@ -39,6 +39,6 @@ pub mod mattes;
 pub mod scissors;
 pub mod c97;
 
-pub use mount::{Border, Mounting};
+pub use mount::{Border, Mounting, PAPER};
 pub use painter::{Painting, PhotoError, Request, Stage, Watch, watercolorize};
 pub use settings::{PRESETS, PhotoParams, Preset};

@@ -247,14 +247,14 @@ impl Planner<'_> {
         let fine = Limits { keeping: 20.0, rounds: 6, ..coarse };
         let sized = |by: usize| (width.div_ceil(by), height.div_ceil(by));
         let small = |raster: &Colors, by: usize| resized(raster, sized(by).0, sized(by).1);
-        let first = separated(&self.paints, &small(wanted, 8), &small(under, 8), None, None, &coarse);
+        let first = separated(self.paints, &small(wanted, 8), &small(under, 8), None, None, &coarse);
         let by = plan.coarseness;
         let start = resized(&first, sized(by).0, sized(by).1);
         let near = dilated(numbered, 2 + self.study.cells(0.006 * params.wobble) as usize);
         let near =
             resized_plane(&near.map(f32::from), sized(by).0, sized(by).1).map(|near| u8::from(near > 0.0));
         let amounts =
-            separated(&self.paints, &small(wanted, by), &small(under, by), Some(&start), Some(&near), &fine);
+            separated(self.paints, &small(wanted, by), &small(under, by), Some(&start), Some(&near), &fine);
         let amounts = warped(&resized(&amounts, width, height), stray);
         if index == 0 {
             return amounts;

@@ -2,8 +2,18 @@
 
 use girtin_grid::Raster;
 use girtin_grid::resize::resized;
+use girtin_optics::{LinearRgb, Srgb};
+use girtin_painting::document::SheetSettings;
 
 use crate::accidents::plane;
+
+/// Color of the bare sheet.
+pub const PAPER: Srgb = Srgb([251.0 / 255.0, 249.0 / 255.0, 244.0 / 255.0]);
+
+/// A color as a document stores it.
+pub(crate) fn stored(color: Srgb) -> LinearRgb {
+    Srgb::from_bytes(color.to_bytes()).to_linear()
+}
 
 /// How the painting ends on the sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -73,6 +83,25 @@ impl Mount {
             photo,
             size_mm,
             trim_mm: if mounting.margin > 0.0 { 0.0 } else { around_mm },
+        }
+    }
+
+    /// The sheet of a document, its picture so many pixels along the photograph's long edge.
+    pub fn sheet(&self, mounting: &Mounting, paper: &str, seed: u64, long_edge: u32) -> SheetSettings {
+        let pixels_per_mm = f64::from(long_edge) / mounting.long_edge_mm;
+        // Shapes have smooth edges of their own; grain below a pixel is averaged.
+        let samples = libm::ceil(0.9 * self.cells_per_mm / pixels_per_mm).clamp(1.0, 8.0);
+        SheetSettings {
+            size_mm: self.size_mm,
+            paper: paper.to_owned(),
+            seed,
+            ground: stored(PAPER),
+            printed: Vec::new(),
+            pixels_per_mm,
+            cells_per_pixel: samples as u32,
+            cells_per_mm: Some(self.cells_per_mm),
+            trim_mm: self.trim_mm,
+            relief_mm: 0.0,
         }
     }
 

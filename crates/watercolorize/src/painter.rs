@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use crate::accidents::plane;
 use crate::load::{Load, Planner};
-use crate::mount::{Mount, Mounting};
+use crate::mount::{Mount, Mounting, PAPER, stored};
 use crate::palette::{choose, clusters};
 use crate::separate::{MOST, Paints};
 use crate::settings::PhotoParams;
@@ -26,8 +26,6 @@ use crate::study::Study;
 use crate::tone::Tones;
 use crate::washes::WashPlan;
 
-/// Color of the bare sheet.
-pub const PAPER: Srgb = Srgb([251.0 / 255.0, 249.0 / 255.0, 244.0 / 255.0]);
 /// Color of ink.
 const INK: Srgb = Srgb([38.0 / 255.0, 34.0 / 255.0, 36.0 / 255.0]);
 
@@ -39,6 +37,8 @@ const STEPS_BEFORE_DROPS: u32 = 56;
 pub struct Request<'a> {
     /// The photograph: linear light, sRGB's primaries.
     pub photo: &'a Raster<[f32; 3]>,
+    /// Columns and rows of the photograph as it was, if `photo` is a reduced copy; they give the picture its proportions.
+    pub pixels: [usize; 2],
     /// How it is painted.
     pub params: &'a PhotoParams,
     /// Names of pigments; `None`: they are chosen.
@@ -96,6 +96,8 @@ pub struct Painting {
     pub maps: MapChest,
     /// What every glaze left, as painting the document leaves it again.
     pub painted: Painted,
+    /// Ids of the pigments that were chosen, used or not.
+    pub palette: Vec<String>,
 }
 
 /// Why a photograph is not painted.
@@ -151,15 +153,14 @@ impl<'a> Painter<'a> {
     fn new(request: &'a Request<'a>, stock: &'a Stock, watch: &'a Watch<'a>) -> Result<Self, PhotoError> {
         report(watch, Stage::Looking, 0.0)?;
         let (photo, params) = (request.photo, request.params);
-        let mount =
-            Mount::new([photo.width(), photo.height()], f64::from(params.plan_cells), &request.mounting);
+        let mount = Mount::new(request.pixels, f64::from(params.plan_cells), &request.mounting);
         let mut document = document(request, &mount);
         let mut maps = MapChest::default();
         let mut sheet = document.resolve_sheet(stock, &maps)?;
         let study = Study::new(request, mount, &sheet.height);
         if params.ink > 0.0 {
             maps.0.insert("ink.png".to_owned(), StoredMap::bytes(&study.ink(photo)));
-            document.sheet.printed.push((bytes_of(INK).to_linear(), map_area("ink.png")));
+            document.sheet.printed.push((stored(INK), map_area("ink.png")));
             sheet = document.resolve_sheet(stock, &maps)?;
         }
         report(watch, Stage::Palette, 0.1)?;
@@ -206,6 +207,7 @@ impl<'a> Painter<'a> {
             document: self.document,
             maps: self.maps,
             painted: Painted { sheet: self.sheet, glazes: self.glazes },
+            palette: self.pigments.iter().map(|pigment| pigment.id.clone()).collect(),
         })
     }
 
@@ -375,30 +377,13 @@ fn palette<'a>(
 
 /// The document before any glaze.
 fn document(request: &Request<'_>, mount: &Mount) -> Document {
-    let per_mm = f64::from(request.long_edge) / request.mounting.long_edge_mm;
-    // Shapes have smooth edges of their own; grain below a pixel is averaged.
-    let samples = libm::ceil(0.9 * mount.cells_per_mm / per_mm).clamp(1.0, 8.0) as u32;
+    let Request { mounting, paper, seed, long_edge, params, .. } = request;
+    let sheet = mount.sheet(mounting, paper, *seed, *long_edge);
     Document {
         title: request.title.to_owned(),
-        sheet: SheetSettings {
-            size_mm: mount.size_mm,
-            paper: request.paper.to_owned(),
-            seed: request.seed,
-            ground: bytes_of(PAPER).to_linear(),
-            printed: Vec::new(),
-            pixels_per_mm: per_mm,
-            cells_per_pixel: samples,
-            cells_per_mm: Some(mount.cells_per_mm),
-            trim_mm: mount.trim_mm,
-            relief_mm: request.params.relief,
-        },
+        sheet: SheetSettings { relief_mm: params.relief, ..sheet },
         glazes: Vec::new(),
     }
-}
-
-/// A color as a document stores it.
-fn bytes_of(color: Srgb) -> Srgb {
-    Srgb::from_bytes(color.to_bytes())
 }
 
 fn map_name(file: &str) -> MapName {

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use girtin::grid::Raster;
-use girtin::optics::{LinearRgb, Srgb};
+use girtin::optics::LinearRgb;
 use girtin::painting::document::SheetSettings;
 use girtin::painting::map_file::write_stored;
 use girtin::painting::{PaintConfig, PaintError, StoredMap};
@@ -16,7 +16,6 @@ use girtin::watercolorize::c97::{
 };
 use girtin::watercolorize::mattes::Matte;
 use girtin::watercolorize::mount::Mount;
-use girtin::watercolorize::painter::PAPER;
 
 use crate::failure::Failure;
 use crate::input;
@@ -253,21 +252,8 @@ fn placed(mount: &Mount, recipe: &Recipe, coverage: &Raster<f32>) -> Raster<f32>
 }
 
 fn sheet(mount: &Mount, recipe: &Recipe, long_edge: u32) -> SheetSettings {
-    let pixels_per_mm = f64::from(long_edge) / recipe.mounting.long_edge_mm;
-    // Grain below a pixel is averaged.
-    let samples = (mount.cells_per_mm / pixels_per_mm).ceil().clamp(1.0, 8.0);
-    SheetSettings {
-        size_mm: mount.size_mm,
-        paper: recipe.paper.clone(),
-        seed: recipe.seed,
-        ground: Srgb::from_bytes(PAPER.to_bytes()).to_linear(),
-        printed: Vec::new(),
-        pixels_per_mm,
-        cells_per_pixel: samples as u32,
-        cells_per_mm: Some(mount.cells_per_mm),
-        trim_mm: mount.trim_mm,
-        relief_mm: recipe.params.relief,
-    }
+    let sheet = mount.sheet(&recipe.mounting, &recipe.paper, recipe.seed, long_edge);
+    SheetSettings { relief_mm: recipe.params.relief, ..sheet }
 }
 
 fn interrupted(work: &Work<'_>) -> Option<Failure> {

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use girtin::grid::Raster;
 use girtin::grid::resize::resized;
 use girtin::painting::picture::{PictureError, PictureLimits, read_grey, read_photo, read_size};
-use girtin::watercolorize::painter::PAPER;
+use girtin::watercolorize::PAPER;
 
 use crate::failure::{Failure, Kind};
 use crate::input::{self, Source};
@@ -141,7 +141,7 @@ impl Reading {
 }
 
 impl Opened {
-    /// The photograph as light, no larger than its painting and its planning need.
+    /// The photograph as light, no larger than its planning needs.
     ///
     /// # Errors
     /// It is damaged, or there is no memory.
@@ -154,7 +154,7 @@ impl Opened {
             talk.say(&format!("girtin: {}: {note}", input::name_of(&self.path)));
         }
         // Lines are looked for at twice the planning size.
-        let most = self.long_edge.max(2 * self.reading.plan) as usize;
+        let most = 2 * self.reading.plan as usize;
         let (width, height) = (photo.pixels.width(), photo.pixels.height());
         let longest = width.max(height);
         if longest <= most {

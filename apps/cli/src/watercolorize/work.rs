@@ -190,6 +190,7 @@ impl Work<'_> {
         let [reserve, detail_map] = &material.masks;
         let request = Request {
             photo: &material.photo,
+            pixels: material.size,
             params: &recipe.params,
             palette: recipe.palette.as_deref(),
             paper: &recipe.paper,
