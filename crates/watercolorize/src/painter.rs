@@ -96,8 +96,6 @@ pub struct Painting {
     pub maps: MapChest,
     /// What every glaze left, as painting the document leaves it again.
     pub painted: Painted,
-    /// Ids of the pigments that were chosen, used or not.
-    pub palette: Vec<String>,
 }
 
 /// Why a photograph is not painted.
@@ -207,7 +205,6 @@ impl<'a> Painter<'a> {
             document: self.document,
             maps: self.maps,
             painted: Painted { sheet: self.sheet, glazes: self.glazes },
-            palette: self.pigments.iter().map(|pigment| pigment.id.clone()).collect(),
         })
     }
 
