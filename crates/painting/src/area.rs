@@ -219,6 +219,14 @@ impl Area {
         let reach = self.soft_mm + self.ragged_mm;
         let [columns, rows] = self.extent([width, height], canvas.cells_per_mm, canvas.origin);
         let (x0, x1, y0, y1) = (columns.start, columns.end, rows.start, rows.end);
+        if let (Shape::Map(_), Some(map), false) = (&self.shape, map, self.is_dry())
+            && canvas.origin == [0.0; 2]
+            && canvas.sheet == [width as f64, height as f64]
+            && (map.width(), map.height()) == (width, height)
+        {
+            // A value for each cell is that cell's.
+            return Coverage { x: 0, y: 0, amount: map.map(|amount| amount.clamp(0.0, 1.0)) };
+        }
         let noise = Noise::new(canvas.seed, random::stage("ragged edge"));
         let bristles = Noise::new(canvas.seed, random::stage("bristles"));
         let amount = Raster::from_fn(x1 - x0, y1 - y0, |x, y| {

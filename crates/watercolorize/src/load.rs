@@ -90,7 +90,9 @@ impl Planner<'_> {
             );
             for (at, cell) in wanted.as_mut_slice().iter_mut().enumerate() {
                 let exact = self.study.exact.as_slice()[at];
-                let much = charge * (1.0 - 0.85 * exact) * smoothstep(100.0 - cell[0], 3.0, 20.0);
+                // Grey is charged with hardly any color, or it turns to mottle.
+                let colorful = 0.1 + 0.9 * smoothstep(libm::hypotf(cell[1], cell[2]), 4.0, 18.0);
+                let much = charge * colorful * (1.0 - 0.85 * exact) * smoothstep(100.0 - cell[0], 3.0, 20.0);
                 cell[1] += much * drift.as_slice()[at][0];
                 cell[2] += much * drift.as_slice()[at][1];
             }
@@ -155,6 +157,17 @@ impl Planner<'_> {
         let near = within(&current, &open.map(u32::from), self.study.cells(0.002));
         Raster::from_fn(walls.width(), walls.height(), |x, y| {
             mixed(blind.at(x, y), near.at(x, y), self.study.exact.at(x, y))
+        })
+    }
+
+    /// What is missing, evened out far where the photograph is flat: there it is the unevenness of the washes below, and
+    /// shapes of it would be islands that nothing in the photograph explains.
+    fn calmed(&self, missing: &Plane, walls: &Regions, steps: &Plane) -> Plane {
+        let far = within(&missing.map(|need| [need]), walls, self.study.cells(0.03));
+        let flat = gaussian_plane(&steps.map(|step| 1.0 - smoothstep(step, 3.0, 8.0)), self.study.cells(0.006));
+        Raster::from_fn(missing.width(), missing.height(), |x, y| {
+            let (near, far) = (missing.at(x, y), far.at(x, y)[0]);
+            near + flat.at(x, y) * (far - near)
         })
     }
 

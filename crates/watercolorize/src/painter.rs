@@ -335,8 +335,10 @@ impl<'a> Painter<'a> {
     fn physics(&self, plan: &WashPlan) -> LivingParams {
         let params = self.request.params;
         LivingParams {
-            edge_darkening: 2.5 * plan.edge_darkening * params.rims,
-            evaporation: 0.006,
+            edge_darkening: 4.0 * plan.edge_darkening * params.rims,
+            // Narrow, so that the seam between two shapes, a cell wide, counts as an edge.
+            edge_width: 1.2,
+            evaporation: 0.008,
             creep_speed: 0.0,
             ..LivingParams::default()
         }

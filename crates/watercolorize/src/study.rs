@@ -106,10 +106,21 @@ impl<'a> Study<'a> {
     fn reserves(&self, reserve: Option<&Plane>) -> Raster<u8> {
         let [width, height] = self.mount.size;
         let broad = &self.abstractions[1];
-        let white = broad.map(|[l, a, b]| f32::from(u8::from(l > 94.0 && libm::hypotf(a, b) < 7.0)));
-        let white = gaussian_plane(&white, self.cells(0.003)).map(|white| u8::from(white > 0.5));
-        let least = Raster::new(width, height, self.area(1.5e-4) as f32);
-        let mut bare = cleaned(&white, &least, 2.0);
+        let finest = &self.abstractions[3];
+        let is_white = |[l, a, b]: [f32; 3], least: f32| l > least && libm::hypotf(a, b) < 7.0;
+        // Fine lights are white by themselves where all is exact; elsewhere only in what is white at large. What is written
+        // on white is never white.
+        let white = Raster::from_fn(width, height, |x, y| {
+            let at_large = is_white(broad.at(x, y), 94.0) || self.exact.at(x, y) > 0.3;
+            f32::from(u8::from(at_large && is_white(finest.at(x, y), 92.5)))
+        });
+        let sharp = white.map(|white| u8::from(white > 0.5));
+        let round = gaussian_plane(&white, self.cells(0.003)).map(|white| u8::from(white > 0.5));
+        let white = Raster::from_fn(width, height, |x, y| {
+            if self.exact.at(x, y) > 0.3 { sharp.at(x, y) } else { round.at(x, y) & sharp.at(x, y) }
+        });
+        let least = self.exact.map(|exact| self.area(1.5e-4) as f32 * (1.05 - exact));
+        let mut bare = cleaned(&white, &least, 0.0);
         let steps = regions::steps(broad, self.cells(0.008));
         let pieces = regions::connected(&bare);
         let count = pieces.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
