@@ -106,8 +106,11 @@ impl Planner<'_> {
             stray.at(x, y).map(|by| by * amplitude * (1.0 - 0.9 * self.study.exact.at(x, y)))
         });
         let hardness = self.study.hardness(&steps);
-        let shapes =
-            if index == 0 { open.clone() } else { self.shapes(plan, index, &missing, &walls, &stray, &open) };
+        let shapes = if index == 0 {
+            open.clone()
+        } else {
+            self.shapes(plan, index, &self.calmed(&missing, &walls, &steps), &walls, &stray, &open)
+        };
         if shapes.as_slice().iter().all(|&shape| shape == 0) {
             return None;
         }
@@ -160,14 +163,15 @@ impl Planner<'_> {
         })
     }
 
-    /// What is missing, evened out far where the photograph is flat: there it is the unevenness of the washes below, and
+    /// What is missing, evened out where the photograph is flat: there it is the unevenness of the washes below, and
     /// shapes of it would be islands that nothing in the photograph explains.
     fn calmed(&self, missing: &Plane, walls: &Regions, steps: &Plane) -> Plane {
-        let far = within(&missing.map(|need| [need]), walls, self.study.cells(0.03));
-        let flat = gaussian_plane(&steps.map(|step| 1.0 - smoothstep(step, 3.0, 8.0)), self.study.cells(0.006));
+        let far = within(&missing.map(|need| [need]), walls, self.study.cells(0.01));
+        let flat =
+            gaussian_plane(&steps.map(|step| 1.0 - smoothstep(step, 3.0, 8.0)), self.study.cells(0.006));
         Raster::from_fn(missing.width(), missing.height(), |x, y| {
             let (near, far) = (missing.at(x, y), far.at(x, y)[0]);
-            near + flat.at(x, y) * (far - near)
+            near + 0.5 * flat.at(x, y) * (far - near)
         })
     }
 

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use girtin_grid::resize::resized;
 use girtin_grid::{Raster, random};
 use girtin_optics::kubelka_munk::glaze_row;
 use girtin_optics::{LinearRgb, Pigment, Srgb, UnknownPigment};
@@ -20,7 +21,7 @@ use crate::accidents::plane;
 use crate::load::{Load, Planner};
 use crate::mount::{Mount, Mounting, PAPER, stored};
 use crate::palette::{choose, clusters};
-use crate::separate::{MOST, Paints};
+use crate::separate::{MOST, Paints, lab};
 use crate::settings::PhotoParams;
 use crate::study::Study;
 use crate::tone::Tones;
@@ -28,6 +29,9 @@ use crate::washes::WashPlan;
 
 /// Color of ink.
 const INK: Srgb = Srgb([38.0 / 255.0, 34.0 / 255.0, 36.0 / 255.0]);
+
+/// Cells of the photograph that a palette is chosen for.
+const PALETTE_CELLS: f64 = 24_000.0;
 
 /// Steps after which drops fall into the first wash: it shines no more, and is not dry yet.
 const STEPS_BEFORE_DROPS: u32 = 56;
@@ -162,7 +166,7 @@ impl<'a> Painter<'a> {
             sheet = document.resolve_sheet(stock, &maps)?;
         }
         report(watch, Stage::Palette, 0.1)?;
-        let pigments = palette(request, stock, &study.abstractions[1])?;
+        let pigments = palette(request, stock)?;
         Ok(Self {
             paints: Paints::new(pigments.iter().map(|pigment| &pigment.coefficients)),
             current: ground_of(&sheet),
@@ -357,11 +361,7 @@ fn report(watch: &Watch<'_>, stage: Stage, part: f64) -> Result<(), PhotoError> 
 }
 
 /// The pigments that are asked for, or that suit the picture.
-fn palette<'a>(
-    request: &Request<'_>,
-    stock: &'a Stock,
-    broad: &Raster<[f32; 3]>,
-) -> Result<Vec<&'a Pigment>, PhotoError> {
+fn palette<'a>(request: &Request<'_>, stock: &'a Stock) -> Result<Vec<&'a Pigment>, PhotoError> {
     if let Some(names) = request.palette {
         if names.is_empty() || names.len() > MOST {
             return Err(PhotoError::Palette(names.len()));
@@ -369,7 +369,12 @@ fn palette<'a>(
         return Ok(names.iter().map(|name| stock.pigments.get(name)).collect::<Result<_, _>>()?);
     }
     let tones = Tones::new(request.params);
-    let clusters = clusters(&broad.map(|color| tones.of(color)), request.seed);
+    // The photograph alone, so that no margin has a say.
+    let pixels = request.pixels.map(|side| side as f64);
+    let shrink = libm::sqrt(PALETTE_CELLS / (pixels[0] * pixels[1])).min(1.0);
+    let [width, height] = pixels.map(|side| libm::round(side * shrink).max(1.0) as usize);
+    let small = resized(request.photo, width, height).map(|color| tones.of(lab(color)));
+    let clusters = clusters(&small, request.seed);
     let paper = PAPER.to_linear().0.map(|channel| channel as f32);
     Ok(choose(stock.pigments.iter(), &clusters, paper, request.params.colors as usize))
 }

@@ -14,6 +14,14 @@ const STEM: &str = "{stem}";
 /// Endings of photographs that are looked for in folders.
 const PHOTOS: [&str; 8] = ["png", "jpg", "jpeg", "tif", "tiff", "webp", "gif", "bmp"];
 
+/// Endings of photographs that are not read; a folder that has some must not look done without them.
+const OTHERS: [&str; 14] =
+    ["heic", "heif", "avif", "jxl", "dng", "cr2", "cr3", "nef", "arw", "raf", "orf", "rw2", "pef", "psd"];
+
+fn is_photo(ending: &str) -> bool {
+    PHOTOS.contains(&ending) || OTHERS.contains(&ending)
+}
+
 /// The photographs that are meant: files, all of a folder, what a pattern matches, and `-`; in the order given, those
 /// of a folder or pattern by name, none twice.
 ///
@@ -48,7 +56,7 @@ fn of_folder(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
         let path = entry.map_err(cannot)?.path();
         let is_hidden = path.file_name().is_some_and(|name| name.as_encoded_bytes().starts_with(b"."));
         let ending = ending_of(&path);
-        if !is_hidden && path.is_file() && ending.is_some_and(|ending| PHOTOS.contains(&ending.as_str())) {
+        if !is_hidden && path.is_file() && ending.is_some_and(|ending| is_photo(&ending)) {
             found.push(path);
         }
     }

@@ -47,19 +47,20 @@ use work::Work;
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
+    override_usage = "girtin watercolorize [OPTIONS] <INPUT>... <OUTPUT>",
     after_help = "Examples:
   girtin watercolorize photo.jpg painting.png
   girtin watercolorize photo.jpg painting.png --detail high --save painting.girtin
   girtin watercolorize photos/ 'out/{stem}.jpg' --preset loose --skip-existing"
 )]
 pub struct WatercolorizeArgs {
-    /// Photographs: files, folders, patterns such as 'photos/*.jpg', or `-`, the standard input
-    #[arg(value_name = "INPUT", required = true, num_args = 1..)]
-    inputs: Vec<PathBuf>,
-    /// Painting: PNG, JPEG, TIFF or WebP by its ending; of many photographs a folder, or a name with {stem} in it; `-` is
-    /// the standard output
-    #[arg(value_name = "OUTPUT")]
-    output: PathBuf,
+    /// Photographs, and last the painting
+    ///
+    /// Photographs are files, folders, patterns such as 'photos/*.jpg', or `-`, the standard input. The painting is PNG, JPEG,
+    /// TIFF or WebP by its ending; of many photographs a folder, or a name with {stem} in it; `-` is the standard output.
+    // One list, so that options may stand between them.
+    #[arg(value_name = "INPUT... OUTPUT", required = true, num_args = 1..)]
+    paths: Vec<PathBuf>,
     #[command(flatten)]
     means: MeansArgs,
     #[command(flatten)]
@@ -128,8 +129,12 @@ pub fn run(args: &WatercolorizeArgs, interrupt: &Interrupt) -> Result<(), Failur
     args.means.threads.install()?;
     let mut stock = args.stock.over(Stock::builtin())?;
     let recipes = args.asked.recipes(&mut stock, args.size.contact_sheet)?;
-    let photos = batch::photographs(&args.inputs)?;
-    let errands = claimed(args, &recipes, &photos, &stock)?;
+    let Some((output, inputs)) = args.paths.split_last().filter(|(_, inputs)| !inputs.is_empty()) else {
+        return Err(Failure::usage("the painting's name is missing")
+            .hint("such as `girtin watercolorize photo.jpg painting.png`"));
+    };
+    let photos = batch::photographs(inputs)?;
+    let errands = claimed(args, output, &recipes, &photos, &stock)?;
     let work = Work {
         recipes: &recipes,
         is_contact_sheet: args.size.contact_sheet,
@@ -156,11 +161,12 @@ pub fn run(args: &WatercolorizeArgs, interrupt: &Interrupt) -> Result<(), Failur
             Err(failure) => failed.push((errand.photo.display().to_string(), failure)),
         }
     }
-    told_of(&failed, done)
+    // What was there already is no failure.
+    told_of(&failed, done, photos.len() - count)
 }
 
 /// What failed of many, at the end.
-fn told_of(failed: &[(String, Failure)], done: usize) -> Result<(), Failure> {
+fn told_of(failed: &[(String, Failure)], done: usize, skipped: usize) -> Result<(), Failure> {
     if failed.is_empty() {
         return Ok(());
     }
@@ -168,8 +174,14 @@ fn told_of(failed: &[(String, Failure)], done: usize) -> Result<(), Failure> {
         let _ = failure.report();
     }
     let names: Vec<&str> = failed.iter().map(|(name, _)| name.as_str()).collect();
-    let cause = format!("{} of {} photographs failed: {}", names.len(), names.len() + done, names.join(", "));
-    let failure = if done == 0 { Failure::failed(cause) } else { Failure::new(Kind::SomeOfMany, cause) };
+    let cause = format!(
+        "{} of {} photographs failed: {}",
+        names.len(),
+        names.len() + done + skipped,
+        names.join(", ")
+    );
+    let failure =
+        if done + skipped == 0 { Failure::failed(cause) } else { Failure::new(Kind::SomeOfMany, cause) };
     Err(failure.hint("mend what is said above, and run it again with `--skip-existing`"))
 }
 
@@ -185,6 +197,7 @@ fn reading(size: &SizeArgs, recipes: &[Recipe]) -> Reading {
 /// Every output of every photograph; those that are all there already and to be left are left out.
 fn claimed(
     args: &WatercolorizeArgs,
+    output: &Path,
     recipes: &[Recipe],
     photos: &[PathBuf],
     stock: &Stock,
@@ -195,7 +208,7 @@ fn claimed(
         return Err(Failure::usage("the standard input is one photograph among others")
             .hint("paint it by itself, or save it to a file"));
     }
-    if args.json && args.output == Path::new("-") {
+    if args.json && output == Path::new("-") {
         return Err(Failure::usage("`--json` and the picture would both go to the standard output")
             .hint("name a file for the picture"));
     }
@@ -212,7 +225,7 @@ fn claimed(
     for photo in photos {
         let extra = (washes, args.means.talk);
         let naming = of_photo(photo);
-        let mut errand = args.more.claim(&mut outputs, &naming, &args.output, &writing, extra)?;
+        let mut errand = args.more.claim(&mut outputs, &naming, output, &writing, extra)?;
         errand.mattes = args.c97.read(&naming, stock)?;
         errand.targets = args.c97.claim(&mut outputs, &naming, errand.mattes.as_ref())?;
         if errand.is_done() {
