@@ -40,6 +40,7 @@ impl Palette {
         let library = own.into_iter().fold(library, Library::with);
         let names = table.texts("pigments")?.unwrap_or(ids);
         if names.is_empty() {
+            table.finish()?;
             let fault = table.fault("pigments", "the palette has no pigments");
             return Err(fault.hint("add `pigments`, a list of names"));
         }

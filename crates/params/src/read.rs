@@ -530,7 +530,12 @@ impl<'a> Table<'a> {
         Ok(parameters)
     }
 
-    fn finish(&self) -> Result<(), Fault> {
+    /// Refuses keys that were not asked for. It is done at the end by itself; sooner, an unknown key is said rather than what
+    /// is missing for it.
+    ///
+    /// # Errors
+    /// There is one.
+    pub fn finish(&self) -> Result<(), Fault> {
         let asked = self.asked.borrow();
         let unknown = self
             .entries

@@ -65,7 +65,7 @@ pub(super) fn decoded(
     let mut decoded = match kind {
         Kind::Jpeg => jpeg::decode(reader, limits, value_bytes),
         Kind::Png => {
-            let decoder = PngDecoder::with_limits(reader, memory(limits)).map_err(fault)?;
+            let decoder = PngDecoder::with_limits(reader, of_header(limits)).map_err(fault)?;
             if decoder.is_apng().map_err(fault)? {
                 notes.push(ANIMATION.to_owned());
             }
@@ -113,6 +113,16 @@ fn is_cut_riff(reader: &mut impl Seek, head: &[u8]) -> Result<bool, PictureError
         &[_, _, _, _, a, b, c, d, ..] => length < 8 + u64::from(u32::from_le_bytes([a, b, c, d])),
         _ => true,
     })
+}
+
+/// Most that what is packed in the head of a PNG may unpack to.
+const HEADER_BYTES: u64 = 64 << 20;
+
+/// What the head of a PNG may take: a packed profile or text may be a bomb, and those of any honest picture fit.
+pub(super) fn of_header(limits: &PictureLimits) -> image::Limits {
+    let mut header = memory(limits);
+    header.max_alloc = Some(limits.decoder_bytes.min(HEADER_BYTES));
+    header
 }
 
 fn memory(limits: &PictureLimits) -> image::Limits {

@@ -13,7 +13,7 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::decode::{HEAD, picture_error};
+use super::decode::{HEAD, of_header, picture_error};
 use super::kind::{self, Kind};
 use super::{PictureError, PictureLimits, jpeg};
 
@@ -36,7 +36,7 @@ pub fn read_size(
     let reader = BufReader::new(reader);
     let measured = match kind {
         Kind::Jpeg => return of_jpeg(reader, limits),
-        Kind::Png => PngDecoder::new(reader).and_then(upright),
+        Kind::Png => PngDecoder::with_limits(reader, of_header(limits)).and_then(upright),
         Kind::WebP => WebPDecoder::new(reader).and_then(upright),
         Kind::Tiff => TiffDecoder::new(reader).and_then(upright),
         Kind::Gif => GifDecoder::new(reader).and_then(upright),
