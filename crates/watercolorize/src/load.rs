@@ -44,7 +44,7 @@ pub struct Planner<'a> {
 
 impl Planner<'_> {
     /// Plans a wash on the sheet as it is; `None` if nothing is missing.
-    pub fn plan(&self, plan: &WashPlan, index: usize, lightest: f32) -> Option<Load> {
+    pub fn plan(&self, plan: &WashPlan, index: usize, lightest: f32, before: f32) -> Option<Load> {
         let (params, [width, height]) = (self.study.params, self.study.mount.size);
         let stage = |name: &str| format!("{name} {index}");
         let freedom = params.freedom() as f32;
@@ -75,11 +75,9 @@ impl Planner<'_> {
             let left = if index > 0 { params.economy as f32 * freedom * (1.0 - exact) } else { 0.0 };
             mixed(wanted, under_lab.at(x, y), left.min(1.0))
         });
-        let missing = Raster::from_fn(width, height, |x, y| {
-            let (wanted, under) = (wanted.at(x, y), under_lab.at(x, y));
-            let chroma = libm::hypotf(under[1] - wanted[1], under[2] - wanted[2]);
-            (under[0] - wanted[0]).max(0.0) + 0.35 * chroma
-        });
+        let missing = Raster::from_fn(width, height, |x, y| lacking(wanted.at(x, y), under_lab.at(x, y)));
+        let flat = steps.map(|step| 1.0 - smoothstep(step, 3.0, 8.0));
+        let flat = gaussian_plane(&flat, self.study.cells(0.006));
         let charge = plan.charge * params.charging as f32 * freedom.min(1.0);
         if charge > 0.0 {
             let drift = noise::<2>(
@@ -109,7 +107,12 @@ impl Planner<'_> {
         let shapes = if index == 0 {
             open.clone()
         } else {
-            self.shapes(plan, index, &self.calmed(&missing, &walls, &steps), &walls, &stray, &open)
+            let meant = Raster::from_fn(width, height, |x, y| {
+                let wanted = wanted.at(x, y);
+                lacking(wanted, lifted(wanted, before))
+            });
+            let missing = self.calmed(&missing, &meant, &walls, &flat);
+            self.shapes(plan, index, &missing, &flat, &walls, &stray, &open)
         };
         if shapes.as_slice().iter().all(|&shape| shape == 0) {
             return None;
@@ -163,15 +166,15 @@ impl Planner<'_> {
         })
     }
 
-    /// What is missing, evened out where the photograph is flat: there it is the unevenness of the washes below, and
-    /// shapes of it would be islands that nothing in the photograph explains.
-    fn calmed(&self, missing: &Plane, walls: &Regions, steps: &Plane) -> Plane {
-        let far = within(&missing.map(|need| [need]), walls, self.study.cells(0.01));
-        let flat =
-            gaussian_plane(&steps.map(|step| 1.0 - smoothstep(step, 3.0, 8.0)), self.study.cells(0.006));
-        Raster::from_fn(missing.width(), missing.height(), |x, y| {
-            let (near, far) = (missing.at(x, y), far.at(x, y)[0]);
-            near + 0.5 * flat.at(x, y) * (far - near)
+    /// What is missing, as the photograph means it where it is flat: what the washes below lack there is looked at from far
+    /// away only, as shapes of their unevenness would be islands that nothing in the photograph explains.
+    fn calmed(&self, missing: &Plane, meant: &Plane, walls: &Regions, flat: &Plane) -> Plane {
+        let [width, height] = self.study.mount.size;
+        let besides = Raster::from_fn(width, height, |x, y| [missing.at(x, y) - meant.at(x, y)]);
+        let far = within(&besides, walls, self.study.cells(0.06));
+        Raster::from_fn(width, height, |x, y| {
+            let (near, far) = (missing.at(x, y), meant.at(x, y) + far.at(x, y)[0]);
+            near + flat.at(x, y) * (far - near)
         })
     }
 
@@ -181,6 +184,7 @@ impl Planner<'_> {
         plan: &WashPlan,
         index: usize,
         missing: &Plane,
+        flat: &Plane,
         walls: &Regions,
         stray: &Raster<[f32; 2]>,
         open: &Raster<u8>,
@@ -202,7 +206,10 @@ impl Planner<'_> {
         let mask = Raster::from_fn(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let need = missing.at(x, y)[0] + 0.9 * chance.at(x, y) * (1.0 - 0.8 * exact);
-            u8::from(is_open(x, y) && need > 4.0 - 1.0 * exact + 3.0 * simpler * (1.0 - exact))
+            let least = 4.0 - 1.0 * exact + 3.0 * simpler * (1.0 - exact);
+            // Where it is flat all that is missing is meant.
+            let least = least + flat.at(x, y) * (2.5 - least).min(0.0);
+            u8::from(is_open(x, y) && need > least)
         });
         let least =
             self.study.exact.map(|exact| plan.least_shape as f32 * area * simpler * (1.1 - 0.95 * exact));
@@ -317,6 +324,12 @@ impl Planner<'_> {
             (film * hard * exact * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)
         })
     }
+}
+
+/// How much is missing from a color to a darker or other one, Lab.
+fn lacking(wanted: [f32; 3], under: [f32; 3]) -> f32 {
+    let chroma = libm::hypotf(under[1] - wanted[1], under[2] - wanted[2]);
+    (under[0] - wanted[0]).max(0.0) + 0.35 * chroma
 }
 
 fn mixed(a: [f32; 3], b: [f32; 3], part: f32) -> [f32; 3] {

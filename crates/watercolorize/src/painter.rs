@@ -199,7 +199,9 @@ impl<'a> Painter<'a> {
                 current: &self.current,
                 paints: &self.paints,
             };
-            let load = planner.plan(&plan, index, low + (high - low) * plan.level);
+            let lightest = |plan: &WashPlan| low + (high - low) * plan.level;
+            let before = index.checked_sub(1).map_or(100.0, |before| lightest(&WashPlan::of(before, count)));
+            let load = planner.plan(&plan, index, lightest(&plan), before);
             self.say(Stage::Washing(index), part(0.4))?;
             if let Some(load) = load {
                 self.lay(&plan, index, &load, part(0.4), 0.51 / count as f64)?;
