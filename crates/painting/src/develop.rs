@@ -264,10 +264,15 @@ fn confine(
     });
     let is_first = |k: usize| !regions[..k].contains(&regions[k]);
     let all: f32 = (0..4).filter(|&k| is_first(k)).map(|k| covered[k]).sum();
+    if all <= 0.0 {
+        // Where three meet each may think it lies in another: none of it stays bare for that.
+        (0..4).filter(|&k| regions[k] == 0).for_each(|k| shares[k].2 = 0.0);
+        return;
+    }
     for k in 0..4 {
         let own: f32 = (0..4).filter(|&j| regions[j] == regions[k]).map(|j| between[j].2).sum();
         let part = if own > 0.0 { between[k].2 / own } else { 0.0 };
-        shares[k].2 = if regions[k] == 0 || all <= 0.0 { 0.0 } else { part * covered[k] / all };
+        shares[k].2 = if regions[k] == 0 { 0.0 } else { part * covered[k] / all };
     }
 }
 

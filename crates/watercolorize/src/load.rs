@@ -7,7 +7,7 @@ use girtin_optics::LinearRgb;
 
 use crate::accidents::{noise, plane, smoothstep};
 use crate::lines::{warped, warped_labels};
-use crate::regions::{self, Finding, Regions, cleaned, colored, dilated, regions, voted};
+use crate::regions::{self, Finding, Regions, cleaned, colored, dilated, regions, voted_as_seen};
 use crate::separate::{Limits, MOST, Paints, lab, separated};
 use crate::study::{Colors, Plane, Study};
 use crate::tone::{Tones, lifted};
@@ -120,8 +120,14 @@ impl Planner<'_> {
         let walls = warped_labels(&walls, &stray);
         let (painted, softness) = self.softened(plan, &shapes, &hardness, &open, index);
         let numbered = colored(&walls, &painted);
-        let (mut shapes_of, edges) = voted(&numbered, self.study.cells(0.6 * plan.rounding).max(0.8));
-        shapes_of.as_mut_slice().iter_mut().zip(open.as_slice()).for_each(|(shape, open)| *shape *= open);
+        let photo = warped(&self.study.photo, &stray);
+        let (mut shapes_of, mut edges) =
+            voted_as_seen(&numbered, &photo, self.study.cells(0.6 * plan.rounding).max(0.8));
+        let cells = shapes_of.as_mut_slice().iter_mut().zip(edges.as_mut_slice()).zip(open.as_slice());
+        cells.filter(|(_, open)| **open == 0).for_each(|(cell, _)| {
+            *cell.1 = if *cell.0 == 0 { *cell.1 } else { 0.0 };
+            *cell.0 = 0;
+        });
         let amounts = self.amounts(plan, &wanted, &under, &shapes, &shapes_of, &stray, &softness, index);
         let moist = gaussian_plane(&softness, self.study.cells(0.012));
         let moist = moist.map(|soft| 1.2 * soft * params.wetness.min(1.5) as f32);
@@ -312,8 +318,8 @@ impl Planner<'_> {
     fn water(&self, plan: &WashPlan, hardness: &Plane, moist: &Plane, index: usize) -> Plane {
         let params = self.study.params;
         let uneven =
-            plane(self.study.seed, &format!("water {index}"), self.study.mount.size, self.study.cells(0.03));
-        let much = 0.3 * params.turbulence as f32;
+            plane(self.study.seed, &format!("water {index}"), self.study.mount.size, self.study.cells(0.1));
+        let much = 0.2 * params.turbulence as f32;
         Raster::from_fn(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
             let film = plan.film * params.wetness.clamp(0.4, 1.6) as f32;
             // Where nothing is hard, less water stands; detail is painted with a nearly dry brush.

@@ -238,7 +238,8 @@ impl<'a> Painter<'a> {
         });
         let turbulence =
             plan.turbulence * (self.request.params.turbulence * self.request.params.freedom()) as f32;
-        let [long, short] = [0.035, 0.012].map(|sigma| {
+        // Wide, as a brush is refilled and a sheet leans; what is as small as a blotch would be dirt.
+        let [long, short] = [0.11, 0.012].map(|sigma| {
             let stage = format!("load {sigma} {index}");
             plane(self.request.seed, &stage, self.study.mount.size, self.study.mount.cells(sigma))
         });
@@ -253,7 +254,7 @@ impl<'a> Painter<'a> {
         let mut pigments = Vec::new();
         for k in 0..self.pigments.len() {
             let mut amounts = Raster::from_fn(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
-                let uneven = 1.0 + turbulence * (long.at(x, y) + 0.6 * short.at(x, y));
+                let uneven = 1.0 + turbulence * (0.7 * long.at(x, y) + 0.25 * short.at(x, y));
                 let there = f32::from(u8::from(load.shapes.at(x, y) != 0));
                 load.amounts.at(x, y)[k] * uneven.clamp(0.4, 1.7) * there
             });

@@ -187,6 +187,71 @@ pub fn connected<L: Copy + PartialEq>(labels: &Raster<L>) -> Regions {
 /// Labels rounded off, each cell to the label of most cells around it by a Gaussian's weights, and how far inside its
 /// shape the middle of each cell then is, cells, 8 at most.
 pub fn voted<L: Copy + PartialEq + Send + Sync>(labels: &Raster<L>, sigma: f64) -> (Raster<L>, Raster<f32>) {
+    voted_in_parts(labels, None, sigma)
+}
+
+/// [`voted`], with cells at borders voting for both sides as their color in the Lab picture is mixed of them: borders then
+/// run between cells as the picture shows them.
+pub fn voted_as_seen<L: Copy + PartialEq + Send + Sync>(
+    labels: &Raster<L>,
+    lab: &Raster<[f32; 3]>,
+    sigma: f64,
+) -> (Raster<L>, Raster<f32>) {
+    let (width, height) = (labels.width(), labels.height());
+    let cells: Vec<(L, f32)> = (0..height)
+        .into_par_iter()
+        .flat_map_iter(|y| (0..width).map(move |x| beside(labels, lab, x, y)))
+        .collect();
+    let beside = Raster::from_vec(width, height, cells);
+    voted_in_parts(labels, beside.as_ref(), sigma)
+}
+
+/// Distance between the colors of two sides, Lab, from which and up to which a cell's own color tells how it is shared.
+const TOLD_APART: [f32; 2] = [8.0, 20.0];
+
+/// How far to each side the colors of two shapes are looked for, cells.
+const SIDE: isize = 2;
+
+/// The other label that a cell belongs to, and how much of the cell it has.
+fn beside<L: Copy + PartialEq>(labels: &Raster<L>, lab: &Raster<[f32; 3]>, x: usize, y: usize) -> (L, f32) {
+    let (width, height) = (labels.width() as isize, labels.height() as isize);
+    let own = labels.at(x, y);
+    let (x, y) = (x as isize, y as isize);
+    let at = |dx: isize, dy: isize| {
+        let (x, y) = ((x + dx).clamp(0, width - 1), (y + dy).clamp(0, height - 1));
+        (x as usize, y as usize)
+    };
+    let across = [(-1, 0), (1, 0), (0, -1), (0, 1)].map(|(dx, dy)| at(dx, dy));
+    let Some(other) = across.map(|(x, y)| labels.at(x, y)).into_iter().find(|label| *label != own) else {
+        return (own, 0.0);
+    };
+    let (mut sides, mut counts) = ([[0.0f32; 3]; 2], [0.0f32; 2]);
+    for dy in -SIDE..=SIDE {
+        for dx in -SIDE..=SIDE {
+            let (x, y) = at(dx, dy);
+            let label = labels.at(x, y);
+            // Cells at the border itself are mixed; they count little.
+            let weight = if dx.abs().max(dy.abs()) < SIDE { 0.1 } else { 1.0 };
+            for (side, _) in [own, other].iter().enumerate().filter(|(_, of)| **of == label) {
+                counts[side] += weight;
+                sides[side].iter_mut().zip(lab.at(x, y)).for_each(|(sum, value)| *sum += weight * value);
+            }
+        }
+    }
+    let [own, far] = [0, 1].map(|side: usize| sides[side].map(|sum| sum / counts[side].max(1e-6)));
+    let apart = distance_of(own, far);
+    let trust = ((apart - TOLD_APART[0]) / (TOLD_APART[1] - TOLD_APART[0])).clamp(0.0, 1.0);
+    let color = lab.at(x as usize, y as usize);
+    let along: f32 = (0..3).map(|c| (color[c] - own[c]) * (far[c] - own[c])).sum();
+    (other, trust * (along / (apart * apart).max(1e-6)).clamp(0.0, 1.0))
+}
+
+/// [`voted`]; `beside` is another label of each cell, and what part of the cell's vote it has.
+fn voted_in_parts<L: Copy + PartialEq + Send + Sync>(
+    labels: &Raster<L>,
+    beside: Option<&Raster<(L, f32)>>,
+    sigma: f64,
+) -> (Raster<L>, Raster<f32>) {
     let (width, height) = (labels.width(), labels.height());
     let sigma = sigma.max(0.3);
     let radius = libm::ceil(2.0 * sigma) as usize;
@@ -207,12 +272,20 @@ pub fn voted<L: Copy + PartialEq + Send + Sync>(labels: &Raster<L>, sigma: f64) 
                     }
                     votes.clear();
                     for (dy, wy) in weights.iter().enumerate() {
-                        let row = labels.row((y + dy).saturating_sub(radius).min(height - 1));
+                        let y = (y + dy).saturating_sub(radius).min(height - 1);
                         for (dx, wx) in weights.iter().enumerate() {
-                            let label = row[(x + dx).saturating_sub(radius).min(width - 1)];
-                            match votes.iter_mut().find(|vote| vote.0 == label) {
-                                Some(vote) => vote.1 += wx * wy,
-                                None => votes.push((label, wx * wy)),
+                            let x = (x + dx).saturating_sub(radius).min(width - 1);
+                            let mut cast = |label: L, weight: f32| {
+                                match votes.iter_mut().find(|vote| vote.0 == label) {
+                                    Some(vote) => vote.1 += weight,
+                                    None => votes.push((label, weight)),
+                                }
+                            };
+                            let (other, part) =
+                                beside.map_or((labels.at(x, y), 0.0), |beside| beside.at(x, y));
+                            cast(labels.at(x, y), wx * wy * (1.0 - part));
+                            if part > 0.0 {
+                                cast(other, wx * wy * part);
                             }
                         }
                     }

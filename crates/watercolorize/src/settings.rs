@@ -52,11 +52,11 @@ parameters! {
             acts: Simulation, doc: "How much more colorful than the photograph.", source: "custom",
         }
         darkest: f64 {
-            symbol: "", label: "Darkest", unit: "Lab L", default: 12.0, hard: (0.0, 60.0), soft: (6.0, 25.0),
+            symbol: "", label: "Darkest", unit: "Lab L", default: 7.0, hard: (0.0, 60.0), soft: (6.0, 25.0),
             acts: Simulation, doc: "The darkest tone; below it washes look dead.", source: "custom",
         }
         economy: f64 {
-            symbol: "", label: "Economy", unit: "1", default: 0.12, hard: (0.0, 1.0), soft: (0.0, 0.4),
+            symbol: "", label: "Economy", unit: "1", default: 0.06, hard: (0.0, 1.0), soft: (0.0, 0.4),
             acts: Simulation, doc: "How much of what is missing later washes leave as it is, away from detail.", source: "custom",
         }
         charging: f64 {
@@ -76,7 +76,7 @@ parameters! {
             acts: Simulation, doc: "How unevenly water and pigment are laid.", source: "custom",
         }
         granulation: f64 {
-            symbol: "γ", label: "Granulation", unit: "1", default: 0.7, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            symbol: "γ", label: "Granulation", unit: "1", default: 0.5, hard: (0.0, 5.0), soft: (0.0, 2.0),
             acts: Simulation, doc: "How much pigment gathers in the paper's hollows.", source: "custom; C97 §4.5",
         }
         slivers: f64 {

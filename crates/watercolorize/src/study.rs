@@ -28,7 +28,9 @@ pub struct Study<'a> {
     pub seed: u64,
     /// Where it lies on the sheet.
     pub mount: Mount,
-    /// The photograph in Lab, abstracted, broadest first.
+    /// The photograph in Lab.
+    pub photo: Colors,
+    /// The same abstracted, broadest first.
     pub abstractions: Vec<Colors>,
     /// How exactly each cell is drawn, with the parameter in it; 0 to 1.
     pub exact: Plane,
@@ -76,6 +78,7 @@ impl<'a> Study<'a> {
             distance: mount.distance(),
             bare: Raster::new(mount.size[0], mount.size[1], 0),
             exact,
+            photo,
             rough,
             inside,
             masked,
