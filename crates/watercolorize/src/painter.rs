@@ -342,7 +342,7 @@ impl<'a> Painter<'a> {
     fn physics(&self, plan: &WashPlan) -> LivingParams {
         let params = self.request.params;
         LivingParams {
-            edge_darkening: 4.0 * plan.edge_darkening * params.rims,
+            edge_darkening: 8.0 * plan.edge_darkening * params.rims,
             // Narrow, so that the seam between two shapes, a cell wide, counts as an edge.
             edge_width: 1.2,
             evaporation: 0.008,
