@@ -43,8 +43,8 @@ pub fn lifted([l, a, b]: [f32; 3], lightest: f32) -> [f32; 3] {
     let up = (light - l).max(0.0);
     let chroma = libm::hypotf(a, b);
     let mut richer = 1.0 + 0.25 * (up / 60.0).min(1.0) * smoothstep(chroma, 4.0, 12.0);
-    // A light color cannot be as rich as a dark one, unless it is yellow.
-    let yellow = (b / chroma.max(1e-6)).max(0.0);
+    // A light color cannot be as rich as a dark one, unless it is a yellow of the photograph's own.
+    let yellow = (b / chroma.max(1e-6)).max(0.0) * (1.0 - up / 25.0).max(0.0);
     let richest = (105.0 - light) * 2.3 * (1.0 + yellow * yellow);
     richer *= (richest / (chroma * richer).max(1e-6)).min(1.0);
     let cool = (1.0 - smoothstep(chroma, 3.0, 10.0)) * (up / 50.0).min(1.0);
