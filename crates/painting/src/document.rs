@@ -32,6 +32,8 @@
 //! # Ok::<(), girtin_params::Problem>(())
 //! ```
 
+use std::collections::BTreeSet;
+
 use girtin_optics::{Library, LinearRgb, Srgb};
 use girtin_paper::Papers;
 use girtin_params::read::Fault;
@@ -305,6 +307,11 @@ impl Document {
             let areas = glaze.events.iter_mut().filter_map(Event::area_mut);
             outline.flatten().chain(areas.filter_map(Area::map_name_mut))
         }))
+    }
+
+    /// Every map that the document names, once.
+    pub fn map_names(&self) -> BTreeSet<String> {
+        self.clone().map_names_mut().map(|name| name.file.clone()).collect()
     }
 
     /// Steps of all glazes.
