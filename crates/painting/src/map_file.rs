@@ -9,7 +9,7 @@ use zip::ZipArchive;
 
 use crate::maps::StoredMap;
 use crate::picture::{
-    PictureError, PictureLimits, PictureMeta, WriteError, read_grey, write_grey_png, write_grey_png_16,
+    PictureError, PictureLimits, PictureMeta, WriteError, plain, read_grey, write_grey_png, write_grey_png_16,
 };
 use crate::state_file::npy::{self, Element};
 
@@ -72,7 +72,7 @@ pub fn read_stored(bytes: &[u8], limits: &PictureLimits) -> Result<StoredMap, Ma
             PictureError::Read(error)
         }
         DecodingError::LimitsExceeded => PictureError::Memory { most: limits.decoder_bytes },
-        other => PictureError::Damaged(other.to_string()),
+        other => PictureError::Damaged(plain(&other.to_string())),
     };
     let most = usize::try_from(limits.decoder_bytes).unwrap_or(usize::MAX);
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: most });

@@ -13,6 +13,7 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
+use super::claim::refuse_large;
 use super::decode::{HEAD, of_header, picture_error};
 use super::kind::{self, Kind};
 use super::{PictureError, PictureLimits, jpeg};
@@ -29,6 +30,7 @@ pub fn read_size(
     let mut head = Vec::new();
     reader.by_ref().take(HEAD).read_to_end(&mut head).map_err(PictureError::Read)?;
     let kind = kind::of(&head, ending)?;
+    refuse_large(kind, &head, limits)?;
     if kind == Kind::Tiff {
         kind::refuse_raw(&mut reader)?;
     }
@@ -63,6 +65,7 @@ fn of_jpeg(reader: impl Read, limits: &PictureLimits) -> Result<(u32, u32), Pict
     reader.take(limits.decoder_bytes).read_to_end(&mut bytes).map_err(PictureError::Read)?;
     let options =
         DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX);
+    jpeg::refuse_large(&bytes, limits)?;
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes.as_slice()), options);
     decoder.decode_headers().map_err(jpeg::fault)?;
     let Some((width, height)) = decoder.dimensions() else {
