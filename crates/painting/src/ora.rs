@@ -208,6 +208,23 @@ impl GlazeLayers {
         Self { exact: paper.map(|color| color.map(f32::from)), below: paper }
     }
 
+    /// Lightens the pictures after each glaze, the bare paper first, where a later one is lighter: multiplying cannot, so
+    /// that what a glaze hides is not to be there at all. The last picture stays as it is.
+    ///
+    /// # Panics
+    /// They are of different sizes.
+    pub fn lighten(pictures: &mut [Raster<[u8; 3]>]) {
+        for last in (1..pictures.len()).rev() {
+            let (below, above) = pictures.split_at_mut(last);
+            let (below, above) = (&mut below[last - 1], &above[0]);
+            assert_eq!((below.width(), below.height()), (above.width(), above.height()), "sizes of pictures");
+            let channels = below.as_mut_slice().as_flattened_mut().par_iter_mut();
+            channels
+                .zip(above.as_slice().as_flattened())
+                .for_each(|(below, above)| *below = (*below).max(*above));
+        }
+    }
+
     /// The layer that makes of everything below the picture after the glaze, where that is darker.
     ///
     /// What is below is what the layers so far make as they are written, so that rounding does not add up. Programs that

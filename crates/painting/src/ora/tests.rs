@@ -132,6 +132,19 @@ fn what_a_glaze_lightens_is_told() {
 }
 
 #[test]
+fn what_a_later_glaze_lightens_is_lightened_before() {
+    let [first, second] = glazed();
+    let last = Raster::from_fn(SIZE.0, SIZE.1, |x, y| if x == 6 { [240, 200, 99] } else { second.at(x, y) });
+    let mut pictures = [paper(), first.clone(), second.clone(), last.clone()];
+    GlazeLayers::lighten(&mut pictures);
+    let mut glazes = GlazeLayers::new(pictures[0].clone());
+    pictures[1..].iter().for_each(|picture| drop(glazes.lay(picture)));
+    assert!(glazes.difference(&last).max <= 1, "{:?}", glazes.difference(&last));
+    assert_eq!(pictures[1].at(2, 2), first.at(2, 2), "elsewhere nothing changes");
+    assert_eq!(pictures[3], last);
+}
+
+#[test]
 fn every_darker_value_is_met() {
     for below in 0..=255u8 {
         for after in 0..=below {

@@ -71,7 +71,8 @@ pub(super) fn decoded(
     let mut decoded = match kind {
         Kind::Jpeg => jpeg::decode(reader, limits, value_bytes),
         Kind::Png => {
-            let decoder = PngDecoder::with_limits(reader, of_header(limits)).map_err(fault)?;
+            let decoder = PngDecoder::with_limits(reader, of_header(limits))
+                .map_err(|error| head_error(error, limits))?;
             if decoder.is_apng().map_err(fault)? {
                 notes.push(ANIMATION.to_owned());
             }
@@ -200,6 +201,16 @@ fn through(
 /// What is said of inks that were converted without their profile.
 pub(super) const INKS: &str =
     "the picture is made of printing inks (CMYK), and its colors are a guess: save it as sRGB for exact ones";
+
+/// Why the head of a PNG is not read: a limit that nobody can raise is the file's fault.
+pub(super) fn head_error(error: ImageError, limits: &PictureLimits) -> PictureError {
+    match error {
+        ImageError::Limits(_) if limits.decoder_bytes >= HEADER_BYTES => {
+            PictureError::Damaged("what is packed in its head unpacks to more than 64 MB".to_owned())
+        }
+        other => picture_error(other, limits),
+    }
+}
 
 pub(super) fn picture_error(error: ImageError, limits: &PictureLimits) -> PictureError {
     match error {

@@ -14,7 +14,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
 use super::claim::refuse_large;
-use super::decode::{HEAD, of_header, picture_error};
+use super::decode::{HEAD, head_error, of_header, picture_error};
 use super::kind::{self, Kind};
 use super::{PictureError, PictureLimits, jpeg};
 
@@ -38,7 +38,10 @@ pub fn read_size(
     let reader = BufReader::new(reader);
     let measured = match kind {
         Kind::Jpeg => return of_jpeg(reader, limits),
-        Kind::Png => PngDecoder::with_limits(reader, of_header(limits)).and_then(upright),
+        Kind::Png => {
+            let decoder = PngDecoder::with_limits(reader, of_header(limits));
+            return within(decoder.and_then(upright).map_err(|error| head_error(error, limits))?, limits);
+        }
         Kind::WebP => WebPDecoder::new(reader).and_then(upright),
         Kind::Tiff => TiffDecoder::new(reader).and_then(upright),
         Kind::Gif => GifDecoder::new(reader).and_then(upright),
