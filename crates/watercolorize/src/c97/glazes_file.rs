@@ -30,7 +30,7 @@ use girtin_painting::wash_settings::read_model;
 use girtin_params::read::Fault;
 use girtin_params::row::Parameters;
 use girtin_params::{Problem, Table, parse};
-use girtin_wash::WashModel;
+use girtin_wash::{C97Params, WashModel};
 
 use super::separation::{MAX_PIGMENTS, SeparationParams};
 use super::{PlanningParams, separation};
@@ -99,17 +99,7 @@ impl GlazesFile {
 }
 
 fn read(table: &Table<'_>, stock: &Stock) -> Result<GlazesFile, Fault> {
-    match table.count("format", 0..=u32::MAX)? {
-        Some(FORMAT) => {}
-        Some(other) => {
-            let hint = format!("this Girtin reads format {FORMAT}; a newer one may read this file");
-            return Err(table.fault("format", format!("format {other} is not known")).hint(hint));
-        }
-        None => {
-            let hint = format!("begin the file with `format = {FORMAT}`");
-            return Err(table.fault("format", "the file lacks `format`").hint(hint));
-        }
-    }
+    table.need_format(FORMAT)?;
     let separation: SeparationParams = table.parameters()?;
     let mattes = table.tables("matte", |matte| read_matte(matte, &separation, stock))?.unwrap_or_default();
     if mattes.is_empty() {
@@ -163,14 +153,35 @@ fn read_matte(table: &Table<'_>, separation: &SeparationParams, stock: &Stock) -
         }
         Ok(params)
     })?;
-    let model = table.table("wash", |wash| read_model(wash, WashModel::c97()))?;
+    let model = table.table("wash", |wash| {
+        let has_edges = wash.has("edge_darkening");
+        Ok(if has_edges {
+            read_model(wash, WashModel::c97())?
+        } else {
+            with_few_rims(read_model(wash, WashModel::c97())?)
+        })
+    })?;
     Ok(MatteGlazes {
         max_thickness: read_max_thickness(table, separation, pigments.len())?,
         planning: planning.unwrap_or_default(),
-        model: model.unwrap_or(WashModel::c97()),
+        model: model.unwrap_or_else(|| with_few_rims(WashModel::c97())),
         name,
         pigments,
     })
+}
+
+/// Edge darkening of a wash that says none: a glaze runs four times as long as the washes whose default is 0.02, so that it
+/// would pile up four times the rim, and mattes that lie side by side show it twice.
+const EDGE_DARKENING: f64 = 0.005;
+
+/// W7: the model with less edge darkening.
+fn with_few_rims(model: WashModel) -> WashModel {
+    match model {
+        WashModel::C97 { params, capillary } => {
+            WashModel::C97 { params: C97Params { edge_darkening: EDGE_DARKENING, ..params }, capillary }
+        }
+        WashModel::Living(_) => model,
+    }
 }
 
 /// One number for all pigments, or one for each.

@@ -262,3 +262,29 @@ fn progress_reaches_its_end_and_cancelling_ends_it() {
     let config = C97Config { cancel: Some(&cancel), ..C97Config::default() };
     assert!(matches!(painted_from(FILE, &picture(), &mattes(), &config), Err(C97Error::Cancelled)));
 }
+
+#[test]
+fn a_seam_between_mattes_is_no_line() {
+    let gray = Raster::new(WIDTH, HEIGHT, Srgb([0.55, 0.5, 0.45]).to_linear());
+    let half = |name: &str, from: usize| Matte {
+        name: name.to_owned(),
+        coverage: Raster::from_fn(WIDTH, HEIGHT, |x, _| {
+            f32::from(u8::from((from..from + WIDTH / 2).contains(&x)))
+        }),
+    };
+    let halves = [half("left", 0), half("right", WIDTH / 2)];
+    let text = "format = 1\n[[matte]]\nname = 'left'\npigments = ['burnt-umber']\n\
+        [[matte]]\nname = 'right'\npigments = ['burnt-umber']\n";
+    let painting = painted_from(text, &gray, &halves, &C97Config::default()).unwrap();
+    let mean = |x: usize| -> f32 {
+        let rows = 8..HEIGHT - 8;
+        let all = painting.glazes.iter().flat_map(|glaze| rows.clone().map(|y| glaze.left.at(x, y)));
+        all.sum::<f32>() / rows.len() as f32
+    };
+    let middle: f32 = (12..20).map(mean).sum::<f32>() / 8.0;
+    let seam = (WIDTH / 2 - 3..WIDTH / 2 + 3).map(mean).fold(0.0, f32::max);
+    assert!(seam < 1.35 * middle, "{seam} along the seam, {middle} inside");
+    assert!(painting.maps.0.keys().any(|name| name.ends_with("-bead.png")), "held by what is lifted");
+    let again = painting.document.paint(&Stock::builtin(), &painting.maps, &PaintConfig::default()).unwrap();
+    assert_eq!(again.glazes.len(), 2);
+}
