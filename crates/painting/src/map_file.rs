@@ -56,9 +56,17 @@ pub fn read(bytes: &[u8], limits: &PictureLimits) -> Result<Raster<f32>, MapErro
 /// # Errors
 /// The writer fails, or the map is larger than a PNG can be.
 pub fn write_stored(writer: impl Write, map: &StoredMap) -> Result<(), WriteError> {
+    write_stored_with(writer, map, &PictureMeta::default())
+}
+
+/// The same with what the picture is to say of itself.
+///
+/// # Errors
+/// As [`write_stored`], or it cannot say that.
+pub fn write_stored_with(writer: impl Write, map: &StoredMap, meta: &PictureMeta) -> Result<(), WriteError> {
     match map {
-        StoredMap::Bytes(raster) => write_grey_png(writer, raster, &PictureMeta::default()),
-        StoredMap::Words(raster) => write_grey_png_16(writer, raster, &PictureMeta::default()),
+        StoredMap::Bytes(raster) => write_grey_png(writer, raster, meta),
+        StoredMap::Words(raster) => write_grey_png_16(writer, raster, meta),
     }
 }
 
