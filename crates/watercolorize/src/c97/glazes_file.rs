@@ -220,14 +220,28 @@ mod tests {
     const ONE: &str = "format = 1\n[[matte]]\nname = 'a'\npigments = ['umber', 'rose']\n";
 
     #[test]
-    fn what_is_not_said_is_as_printed() {
+    fn what_is_not_said_is_as_printed_but_for_rims() {
         let file =
             from_toml(&ONE.replace("umber", "burnt umber").replace("rose", "quinacridone rose")).unwrap();
         let matte = &file.mattes[0];
         assert_eq!(matte.pigments, ["burnt-umber", "quinacridone-rose"]);
         assert_eq!(matte.max_thickness, [2.0, 2.0]);
         assert_eq!((file.separation.steps, matte.planning), (20, PlanningParams::default()));
-        assert_eq!(matte.model, WashModel::c97());
+        let rims = |model| match model {
+            WashModel::C97 { params, .. } => params.edge_darkening,
+            WashModel::Living(_) => 0.0,
+        };
+        assert_eq!((with_few_rims(WashModel::c97()), rims(matte.model)), (matte.model, EDGE_DARKENING));
+        let told = |text: &str| {
+            rims(
+                from_toml(&format!("{}[matte.wash]\n{text}\n", ONE.replace("'umber', 'rose'", "'sepia'")))
+                    .unwrap()
+                    .mattes[0]
+                    .model,
+            )
+        };
+        let (said, unsaid) = (told("edge_darkening = 0.03"), told("viscosity = 0.2"));
+        assert_eq!((said, unsaid), (0.03, EDGE_DARKENING));
         assert_eq!(matte.planning.phi_g, -matte.planning.delta_g);
     }
 
