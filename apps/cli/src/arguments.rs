@@ -103,15 +103,22 @@ impl PictureArgs {
     }
 }
 
-/// How pictures are made and where they go: the same for every verb that paints.
+/// How pictures are written, and on how many threads they are made.
 #[derive(Clone, Copy, Debug, clap::Args)]
-pub struct MeansArgs {
+pub struct WriteArgs {
     #[command(flatten)]
     pub output: OutputArgs,
     #[command(flatten)]
     pub picture: PictureArgs,
     #[command(flatten)]
     pub threads: ThreadArgs,
+}
+
+/// How pictures are made and where they go: the same for every verb that paints.
+#[derive(Clone, Copy, Debug, clap::Args)]
+pub struct MeansArgs {
+    #[command(flatten)]
+    pub write: WriteArgs,
     /// Do nothing if it would take more memory than this, such as 500MB or 2GiB
     #[arg(long, value_name = "SIZE", value_parser = parse_size)]
     pub memory: Option<u64>,
@@ -163,6 +170,11 @@ impl MeansArgs {
             _ => Ok(()),
         }
     }
+}
+
+/// Lengths of paper for people: to a hundredth.
+pub fn millimetres(mm: f64) -> f64 {
+    (mm * 100.0).round() / 100.0
 }
 
 /// Bytes for people.

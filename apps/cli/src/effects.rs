@@ -89,9 +89,9 @@ pub const GALLERY_MEMORY: &str = "lower `--size`";
 /// # Errors
 /// A picture exists or cannot be written.
 pub fn run(args: &EffectsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
-    args.means.threads.install()?;
+    args.means.write.threads.install()?;
     let _folder = MadeFolder::new(&args.folder)?;
-    let mut outputs = Outputs::new(args.means.output, []);
+    let mut outputs = Outputs::new(args.means.write.output, []);
     let stock = Stock::builtin();
     let mut tasks = Vec::new();
     for example in args.model.examples() {

@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
+use girtin::grid::memory::probe;
 use girtin::painting::picture::{PictureError, PictureLimits};
 
 use crate::failure::{Failure, Kind, plain};
@@ -98,6 +99,44 @@ pub fn picture<T>(
         let hint = error.hint().unwrap_or("try another picture");
         Failure::new(kind, format!("{}: {error}", name_of(path))).hint(hint)
     })
+}
+
+/// Why a photograph is not read; `--max-pixels` raises its limits.
+pub fn no_photo(path: &Path, error: &PictureError) -> Failure {
+    let is_outside = matches!(error, PictureError::NoRoom(_))
+        || matches!(error, PictureError::Read(error) if error.kind() != io::ErrorKind::UnexpectedEof);
+    let kind = if is_outside { Kind::Failed } else { Kind::Input };
+    let hint = match error {
+        PictureError::TooLarge { width, height, .. } => {
+            let pixels = u64::from(*width) * u64::from(*height);
+            if probe([pixels.saturating_mul(LEAST_BYTES)]).is_ok() {
+                format!("if it is to be trusted, allow it with `--max-pixels {pixels}`; or reduce it first")
+            } else {
+                "this machine has not the memory for it: reduce it first, if it is a picture at all"
+                    .to_owned()
+            }
+        }
+        PictureError::Memory { .. } => "if it is to be trusted, allow more with `--max-pixels`".to_owned(),
+        _ => error.hint().unwrap_or("try another picture").to_owned(),
+    };
+    Failure::new(kind, format!("{}: {error}", name_of(path))).hint(hint)
+}
+
+/// Bytes that a pixel of a photograph takes at least, as light and while it is decoded.
+const LEAST_BYTES: u64 = 15;
+
+/// Refuses to read the standard input twice.
+///
+/// # Errors
+/// `-` is named more than once.
+pub fn check_stdin<'a>(paths: impl IntoIterator<Item = &'a Path>) -> Result<(), Failure> {
+    if paths.into_iter().filter(|path| *path == Path::new("-")).count() > 1 {
+        return Err(Failure::usage(
+            "`-` is given for two inputs, and the standard input can be read only once",
+        )
+        .hint("save one of them to a file and name that"));
+    }
+    Ok(())
 }
 
 fn cannot_read(path: &Path, error: &io::Error) -> Failure {

@@ -9,6 +9,7 @@ use girtin::painting::{PigmentBalance, WaterDetail, state_file};
 use girtin::wash::{WashModel, WashState};
 use serde_json::{Value, json};
 
+use crate::arguments::millimetres;
 use crate::failure::{Failure, plain};
 use crate::given::{Form, Given, StockFiles};
 use crate::input;
@@ -42,6 +43,7 @@ pub struct InspectArgs {
 /// # Errors
 /// The file is none of these, or damaged.
 pub fn run(args: &InspectArgs) -> Result<(), Failure> {
+    input::check_stdin(args.stock_files.paths().chain([args.file.as_path()]))?;
     let mut source = input::open(&args.file)?;
     let start = input::beginning(&args.file, &mut *source, 16)?;
     if start.starts_with(b"\x89PNG") || start.starts_with(b"\xff\xd8") {
@@ -129,13 +131,13 @@ fn page_of_painting(told: &Value) -> String {
     let title = text(&told["title"]);
     let trim = match real(&sheet["trim_mm"]) {
         0.0 => String::new(),
-        mm => format!(", {mm} mm cut off on every side"),
+        mm => format!(", {} mm cut off on every side", millimetres(mm)),
     };
     let mut page = format!(
         "{}\n  sheet    {} × {} mm of {}, seed {}{trim}\n  picture  {} × {} pixels, {} a mm; {} cells a mm\n  steps    {}\n",
         if title.is_empty() { "untitled" } else { title },
-        real(&sheet["size_mm"][0]),
-        real(&sheet["size_mm"][1]),
+        millimetres(real(&sheet["size_mm"][0])),
+        millimetres(real(&sheet["size_mm"][1])),
         text(&sheet["paper"]),
         sheet["seed"],
         sheet["picture"][0],
@@ -226,10 +228,9 @@ fn sum(field: &Field<f32>, [rows, columns]: [usize; 2]) -> f64 {
 
 /// The same for people.
 fn page_of_state(told: &Value) -> String {
-    let scale = match told["cells_per_mm"].as_f64() {
-        Some(cells_per_mm) => format!(", {cells_per_mm} a mm"),
-        None => String::new(),
-    };
+    let cells_per_mm = &told["cells_per_mm"];
+    let scale =
+        if cells_per_mm.is_null() { String::new() } else { format!(", {} a mm", rounded(cells_per_mm)) };
     let mut page = format!(
         "state of a {} wash, {} × {} cells{scale}\n  wet      {} cells\n  water    {:.4}\n  fastest  {:.4} cells a step\n",
         text(&told["model"]),

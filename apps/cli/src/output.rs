@@ -180,7 +180,8 @@ fn beside(place: &Path) -> io::Result<NamedTempFile> {
     builder.tempfile_in(folder_of(place))
 }
 
-fn is_same_file(a: &Path, b: &Path) -> bool {
+/// Whether two names are of one file.
+pub fn is_same_file(a: &Path, b: &Path) -> bool {
     #[cfg(unix)]
     {
         use std::os::unix::fs::MetadataExt;

@@ -13,9 +13,10 @@ use girtin::painting::{
     memory,
 };
 
-use crate::arguments::{MeansArgs, WaterArgs, megabytes, real_within};
+use crate::arguments::{MeansArgs, WaterArgs, megabytes, millimetres, real_within};
 use crate::failure::Failure;
 use crate::given::{Given, StockFiles};
+use crate::input;
 use crate::interrupt::Interrupt;
 use crate::output::{Outputs, Staged, Target, print};
 use crate::wash;
@@ -63,12 +64,13 @@ pub struct PaintArgs {
 /// # Errors
 /// The document or a map of it is bad, or the picture cannot be written.
 pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
-    args.means.threads.install()?;
+    args.means.write.threads.install()?;
+    input::check_stdin(args.stock_files.paths().chain([args.document.as_path()]))?;
     let mut given = Given::read(&args.document, &args.stock_files)?;
     given.document.sheet.pixels_per_mm *= args.scale;
     given.document.sheet.seed = args.seed.unwrap_or(given.document.sheet.seed);
     let inputs = [args.document.as_path()].into_iter().chain(args.stock_files.paths());
-    let mut outputs = Outputs::new(args.means.output, inputs);
+    let mut outputs = Outputs::new(args.means.write.output, inputs);
     let picture = args.out.as_ref().map(|out| outputs.claim(out, "png")).transpose()?.flatten();
     let save = args.save.as_ref().map(|save| outputs.claim(save, "girtin")).transpose()?.flatten();
     let targets: Vec<&Target> = picture.iter().chain(&save).collect();
@@ -118,8 +120,8 @@ fn plan(document: &Document) -> String {
     format!(
         "picture: {width} × {height} pixels\nsheet: {} × {} mm of {}, seed {}\nglazes: {} ({})\nwork: {} steps on \
          {cells} cells at most, {} threads\nmemory: about {}\n",
-        document.sheet.size_mm[0],
-        document.sheet.size_mm[1],
+        millimetres(document.sheet.size_mm[0]),
+        millimetres(document.sheet.size_mm[1]),
         document.sheet.paper,
         document.sheet.seed,
         names.len(),
@@ -203,7 +205,7 @@ impl Job<'_> {
         let seed = self.document.sheet.seed.to_string();
         let fingerprint = format!("{:016x}", self.document.fingerprint(self.maps));
         let words = [("Seed", seed), ("Document", fingerprint)];
-        let meta = self.means.picture.meta(Some(self.document.sheet.pixels_per_mm), &words);
+        let meta = self.means.write.picture.meta(Some(self.document.sheet.pixels_per_mm), &words);
         write_png(writer, developed, &meta)
     }
 

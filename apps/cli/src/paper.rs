@@ -9,11 +9,11 @@ use girtin::paper::{
 };
 use serde_json::{Value, json};
 
-use crate::arguments::{PictureArgs, ThreadArgs, parse_sides, real_within};
+use crate::arguments::{WriteArgs, parse_sides, real_within};
 use crate::failure::Failure;
 use crate::input;
 use crate::interrupt::Interrupt;
-use crate::output::{OutputArgs, Outputs, print};
+use crate::output::{Outputs, print};
 
 /// Shows a sheet of paper under raking light
 ///
@@ -64,11 +64,7 @@ pub struct PaperArgs {
     #[arg(long, help_heading = SCAN)]
     dark_is_high: bool,
     #[command(flatten)]
-    output: OutputArgs,
-    #[command(flatten)]
-    picture: PictureArgs,
-    #[command(flatten)]
-    threads: ThreadArgs,
+    write: WriteArgs,
 }
 
 const SCAN: &str = "Scans";
@@ -85,10 +81,10 @@ const MOST_PIXELS: f64 = (1 << 28) as f64;
 /// A name is unknown, an input bad, or an output cannot be written.
 pub fn run(args: &PaperArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let (Some(name), Some(out)) = (&args.name, &args.out) else { return list(args) };
-    args.threads.install()?;
+    args.write.threads.install()?;
     let file = Path::new(name);
     let kind = Kind::of(args, name);
-    let mut outputs = Outputs::new(args.output, (kind != Kind::Known).then_some(file));
+    let mut outputs = Outputs::new(args.write.output, (kind != Kind::Known).then_some(file));
     let relief = outputs.claim(out, "png")?;
     let height = args.height.as_ref().map(|path| outputs.claim(path, "png")).transpose()?.flatten();
     let (source, own_size_mm, depth_mm) = source(args, name, kind)?;
@@ -105,7 +101,7 @@ pub fn run(args: &PaperArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let field = source.height_field(columns as usize, rows as usize, args.cells_per_mm, [0.0, 0.0]);
     interrupt.check()?;
     let seed = (kind != Kind::Scan).then(|| ("Seed", args.seed.unwrap_or(0).to_string()));
-    let meta = args.picture.meta(Some(args.cells_per_mm), seed.as_slice());
+    let meta = args.write.picture.meta(Some(args.cells_per_mm), seed.as_slice());
     let mut staged = Vec::new();
     if let Some(target) = relief {
         let light = RakingLight { depth_mm, ..RakingLight::default() };

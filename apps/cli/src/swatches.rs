@@ -37,10 +37,12 @@ pub struct SwatchesArgs {
 /// # Errors
 /// The picture exists or cannot be written.
 pub fn run(args: &SwatchesArgs, interrupt: &Interrupt) -> Result<(), Failure> {
-    args.means.threads.install()?;
+    args.means.write.threads.install()?;
     let stock = Stock::builtin();
     let document = args.gallery.document(SWATCHES.name, SWATCHES.text, &stock)?;
-    let Some(target) = Outputs::new(args.means.output, []).claim(&args.out, "png")? else { return Ok(()) };
+    let Some(target) = Outputs::new(args.means.write.output, []).claim(&args.out, "png")? else {
+        return Ok(());
+    };
     paint::check_memory(args.means, &document, GALLERY_MEMORY)?;
     let job = Job {
         stock: &stock,

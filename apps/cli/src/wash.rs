@@ -104,7 +104,7 @@ const LIVING_NS: f64 = 15.0;
 /// # Errors
 /// As the contract of the command line says.
 pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
-    args.means.threads.install()?;
+    args.means.write.threads.install()?;
     let frames = Frames::new(args)?;
     let settings_file = args.params.clone().or_else(|| found_settings(&args.state));
     let ground_file = match &args.over {
@@ -117,7 +117,7 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     }
     let inputs = [&args.state].into_iter().chain(&settings_file).chain(&args.pigment_files.files);
     let inputs = inputs.chain(ground_file);
-    let mut outputs = Outputs::new(args.means.output, inputs.map(PathBuf::as_path));
+    let mut outputs = Outputs::new(args.means.write.output, inputs.map(PathBuf::as_path));
     let mut claim =
         |path: &Option<PathBuf>, format| path.as_ref().map(|path| outputs.claim(path, format)).transpose();
     let save = claim(&args.save, "npz")?;
@@ -432,7 +432,8 @@ impl Job<'_> {
         };
         composite::lay_over(self.wash.state(), &self.paints, &mut picture);
         let picture = composite::encode(&picture);
-        target.stage(|writer| Ok(write_png(writer, &picture, &self.args.means.picture.meta(None, &[]))?))
+        target
+            .stage(|writer| Ok(write_png(writer, &picture, &self.args.means.write.picture.meta(None, &[]))?))
     }
 
     /// Says what was done.

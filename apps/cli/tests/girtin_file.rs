@@ -206,3 +206,26 @@ fn a_state_is_described() {
     let page = folder.run("inspect c97.npz").fine().text();
     assert!(page.contains("state of a c97 wash, 16 × 12 cells\n") && page.contains("(12, 17)"), "{page}");
 }
+
+#[test]
+fn lengths_are_rounded_for_people_and_exact_for_programs() {
+    let folder = Folder::new();
+    folder.write(
+        "doc.toml",
+        "format = 1\n[sheet]\nsize = [114.66666666666666, 20]\ntrim = 1.23456\ncells_per_mm = 4\n",
+    );
+    let page = folder.run("inspect doc.toml").fine().text();
+    assert!(page.contains("114.67 × 20 mm of") && page.contains("1.23 mm cut off"), "{page}");
+    let told = folder.run("inspect doc.toml --json").fine().json();
+    assert_eq!(told["sheet"]["size_mm"][0], 114.66666666666666);
+    assert!(folder.run("paint doc.toml out.png --dry-run").fine().text().contains("114.67 × 20 mm"));
+}
+
+#[test]
+fn the_standard_input_is_read_once() {
+    let folder = studio();
+    for line in ["paint - out.png --paper-file -", "inspect - --pigment-file -"] {
+        let (cause, _) = folder.fails(line, 2);
+        assert!(cause.contains("only once"), "{cause}");
+    }
+}

@@ -161,12 +161,10 @@ fn json_tells_where_pigments_went() {
 }
 
 #[test]
-fn a_dry_run_reads_the_header_and_does_nothing() {
+fn a_dry_run_tells_and_does_nothing() {
     let folder = studio();
-    let whole = folder.read("photo.png");
-    folder.write("half.png", &whole[..whole.len() / 2]);
     let before = folder.files();
-    let plan = paint(&folder, "half.png a.png --dry-run --layers a.ora --stages st").fine().text();
+    let plan = paint(&folder, "photo.png a.png --dry-run --layers a.ora --stages st").fine().text();
     for word in ["48 × 32", "53 × 3", "a.png", "sepia, cerulean-blue", "memory", "time"] {
         assert!(plan.contains(word), "{word}: {plan}");
     }
@@ -384,4 +382,29 @@ fn ctrl_c_leaves_nothing() {
     assert!(rest.contains("girtin: error: interrupted"), "{rest}");
     assert_eq!(folder.files().len(), 1);
     assert!(!folder.has("st"));
+}
+
+#[test]
+fn a_plan_lists_all_that_is_written_and_a_named_folder_is_made() {
+    let folder = studio();
+    let before = folder.files();
+    let line = "photo.png new/{stem}.png --save new/{stem}.girtin --layers a.ora --timelapse a.gif --stages new/{stem}";
+    let plan = paint(&folder, &format!("{line} --dry-run")).fine().text();
+    for said in [
+        "picture: new/photo.png",
+        "save: new/photo.girtin",
+        "layers: a.ora",
+        "timelapse: a.gif",
+        "stages: new/photo/01-wash.png, new/photo/02-wash.png, new/photo/palette.png",
+    ] {
+        assert!(plan.contains(said), "{said} in {plan}");
+    }
+    let told = paint(&folder, &format!("{line} --dry-run --json")).fine().json();
+    assert_eq!(told["more"]["layers"][0], "a.ora");
+    assert!(folder.files() == before && !folder.has("new"), "a plan makes nothing");
+    let ran = paint(&folder, line);
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    for name in ["new/photo.png", "new/photo.girtin", "new/photo/palette.png", "a.ora", "a.gif"] {
+        assert!(folder.has(name), "{name}");
+    }
 }

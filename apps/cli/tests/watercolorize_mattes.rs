@@ -117,3 +117,54 @@ fn mattes_of_a_photograph_are_its_parts() {
     folder.fails("mattes glazes.toml out", 4);
     assert!(!folder.has("out"));
 }
+
+#[test]
+fn mattes_of_another_run_do_not_stay_among_these() {
+    let folder = studio();
+    let names = |line: &str| -> Vec<String> {
+        let told = folder.run(line).fine().json();
+        told.as_array().unwrap().iter().map(|name| name.as_str().unwrap().to_owned()).collect()
+    };
+    let many = names("mattes photo.png found --json --regions 4");
+    assert!(many[0].starts_with("01-") && many[0].matches('-').count() >= 2, "{many:?}");
+    folder.write("found/notes.png", "mine").write("found/07-mine.png", "mine");
+    // What somebody worked on is not of the run any more.
+    let edited = format!("found/{}.png", many[1]);
+    let matte = image::load_from_memory(&folder.read(&edited)).unwrap();
+    folder.write(&edited, picture_file(matte, ImageFormat::Png));
+    let line = "mattes photo.png found --json --regions 1";
+    if many[0] != "01-middle-white" {
+        let ran = folder.run(line);
+        assert_eq!(ran.code, 5, "{}", ran.stderr);
+    }
+    let ran = folder.run(&format!("{line} --overwrite"));
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    assert!(ran.stderr.contains("07-mine.png") && ran.stderr.contains(&many[1]), "{}", ran.stderr);
+    assert!(!ran.stderr.contains("notes"), "{}", ran.stderr);
+    let left = |name: &str| folder.has(&format!("found/{name}.png"));
+    assert!(left("notes") && left("07-mine") && left(&many[1]), "nothing of the user's is lost");
+    let fresh = ran.json();
+    assert!(many[2..].iter().all(|name| !left(name)), "{many:?}");
+    assert!(left(fresh[0].as_str().unwrap()));
+}
+
+#[test]
+fn mattes_that_nothing_is_painted_from_are_said() {
+    let folder = studio();
+    folder.write("mattes/spare.png", gray(48, 32, |_, _| true));
+    folder.write("mattes/light.png", gray(48, 32, |x, y| x < 10 && y < 10));
+    let ran = folder.run(&format!("{LINE} --margin 0 --json --lift mattes/light.png"));
+    assert_eq!(ran.code, 0, "{}", ran.stderr);
+    let said: Vec<&str> = ran.stderr.lines().filter(|line| line.contains("is not painted")).collect();
+    assert!(said.len() == 1 && said[0].contains("spare.png"), "{said:?}");
+    assert_eq!(ran.json()["unused_mattes"].as_array().unwrap().len(), 1);
+    assert!(
+        folder.run(&format!("{LINE} -q --overwrite --dry-run --lift mattes/light.png")).stderr.is_empty()
+    );
+    // A colored picture is no matte, and a plan says so.
+    folder.write("mattes/hill.png", picture_file(photo(48, 32), ImageFormat::Png));
+    for options in ["", "--dry-run"] {
+        let ran = folder.run(&format!("{LINE} --overwrite {options}"));
+        assert!(ran.code == 4 && ran.stderr.contains("not a mask"), "{}", ran.stderr);
+    }
+}

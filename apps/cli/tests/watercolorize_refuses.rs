@@ -52,6 +52,13 @@ fn the_command_line_is_checked_before_the_work() {
         ("nowhere.png out.png", 4, "cannot read"),
         ("*.jpg out.png", 4, "no file matches"),
         ("photo.png out.png --reserve nowhere.png", 4, "cannot read"),
+        ("photo.png {name}.png", 2, "`{name}` in `{name}.png` stands for nothing"),
+        ("photo.png out.png --save {stem}/{seed}.girtin", 2, "`{seed}`"),
+        ("photo.png out.png --reserve {photo}.png", 2, "`{photo}`"),
+        ("photo.png deep/out/{stem}.png", 1, "cannot write"),
+        ("- out.png --reserve -", 2, "only once"),
+        ("photo.png out.png --reserve - --detail-map -", 2, "only once"),
+        ("- out.png --pigment-file -", 2, "only once"),
     ] {
         let (cause, _) = folder.fails(&format!("watercolorize {line} {QUICK}"), code);
         assert!(cause.contains(said), "{line}: {cause}");
@@ -60,6 +67,67 @@ fn the_command_line_is_checked_before_the_work() {
     assert!(hint.contains("sepia"), "{hint}");
     let (cause, _) = folder.fails("watercolorize photo.png out.png --palette sepia,sepia", 2);
     assert!(cause.contains("twice"), "{cause}");
+}
+
+#[test]
+fn a_colored_picture_is_no_mask() {
+    let folder = studio();
+    let (cause, hint) =
+        folder.fails(&format!("watercolorize photo.png out.png --reserve photo.png {QUICK}"), 4);
+    assert!(cause.contains("not a mask") && hint.contains("gray"), "{cause}: {hint}");
+    // Gray that is stored as color is a mask.
+    let gray = image::DynamicImage::from(photo(24, 16)).grayscale().to_rgb8();
+    folder.write("gray.png", picture_file(gray, ImageFormat::Png));
+    paint(&folder, "photo.png out.png --detail-map gray.png").fine();
+}
+
+/// A PNG's head that claims so many pixels a side, and nothing behind it.
+fn only_a_head(side: u32) -> Vec<u8> {
+    let mut bytes = b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR".to_vec();
+    bytes.extend(side.to_be_bytes());
+    bytes.extend(side.to_be_bytes());
+    bytes.extend([8, 2, 0, 0, 0, 0, 0, 0, 0]);
+    bytes
+}
+
+#[test]
+fn claims_are_refused_with_an_option_that_helps() {
+    let folder = studio();
+    folder.write("large.png", only_a_head(12_000)).write("huge.png", only_a_head(0x7fff_ffff));
+    for line in [
+        "watercolorize large.png out.png",
+        "mattes large.png out",
+        "watercolorize large.png out.png --dry-run",
+    ] {
+        let (cause, hint) = folder.fails(line, 4);
+        assert!(
+            cause.contains("12000 × 12000") && hint.contains("--max-pixels 144000000"),
+            "{cause}: {hint}"
+        );
+    }
+    let (cause, _) = folder.fails("watercolorize large.png out.png --max-pixels 144000000", 4);
+    assert!(!cause.contains("at most are read"), "{cause}");
+    for line in ["watercolorize huge.png out.png", "mattes huge.png out"] {
+        let (_, hint) = folder.fails(line, 4);
+        assert!(!hint.contains("--max-pixels") && hint.contains("memory"), "{hint}");
+    }
+}
+
+#[test]
+fn half_a_photograph_does_not_look_fine_in_a_plan() {
+    let folder = studio();
+    let png = folder.read("photo.png");
+    folder.write("cut.png", &png[..png.len() / 2]);
+    let (cause, _) = folder.fails("watercolorize cut.png out.png --dry-run", 4);
+    assert!(cause.contains("ends early"), "{cause}");
+    let mut changed = png;
+    changed[60] ^= 0xff;
+    folder.write("changed.png", changed);
+    let (cause, _) = folder.fails("watercolorize changed.png out.png", 4);
+    assert!(!cause.contains("ChunkType") && !cause.contains("0x"), "{cause}");
+    folder.fails(&format!("watercolorize photo.png out.png --dry-run --reserve photo.png {QUICK}"), 4);
+    let sizes = "--sheet 10mm --size 5000 --save out.girtin --dry-run";
+    folder.fails(&format!("watercolorize photo.png out.png {sizes}"), 2);
 }
 
 #[cfg(unix)]

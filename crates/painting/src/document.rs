@@ -32,6 +32,8 @@
 //! # Ok::<(), girtin_params::Problem>(())
 //! ```
 
+use std::collections::BTreeSet;
+
 use girtin_optics::{Library, LinearRgb, Srgb};
 use girtin_paper::Papers;
 use girtin_params::read::Fault;
@@ -307,6 +309,11 @@ impl Document {
         }))
     }
 
+    /// Every map that the document names, once.
+    pub fn map_names(&self) -> BTreeSet<String> {
+        self.clone().map_names_mut().map(|name| name.file.clone()).collect()
+    }
+
     /// Steps of all glazes.
     pub fn steps(&self) -> u64 {
         self.glazes.iter().map(Glaze::steps).sum()
@@ -322,17 +329,7 @@ impl Document {
 }
 
 fn read_document(table: &Table<'_>, stock: &Stock) -> Result<Document, Fault> {
-    match table.count("format", 0..=u32::MAX)? {
-        Some(FORMAT) => {}
-        Some(other) => {
-            let hint = format!("this Girtin reads format {FORMAT}; a newer one may read this file");
-            return Err(table.fault("format", format!("format {other} is not known")).hint(hint));
-        }
-        None => {
-            let hint = format!("begin the file with `format = {FORMAT}`");
-            return Err(table.fault("format", "the file lacks `format`").hint(hint));
-        }
-    }
+    table.need_format(FORMAT)?;
     let sheet = table.table("sheet", |sheet| read_sheet(sheet, stock))?;
     let sheet = sheet.ok_or_else(|| {
         table.fault("sheet", "the file lacks `[sheet]`").hint("add it with `size = [width, height]` in mm")

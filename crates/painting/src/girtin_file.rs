@@ -1,7 +1,7 @@
 //! The `.girtin` file: a painting that stands alone.
 //!
 //! A zip archive: `mimetype`; `document.json`, the [`Document`]; `maps/NAME.png`, the maps it names, in grey of 8 or 16
-//! bits; `pigments/ID.toml` and `papers/ID.toml`, every one that it uses, so that a later library paints it no
+//! bits, where a name that ends in `.png` already is the entry's; `pigments/ID.toml` and `papers/ID.toml`, every one that it uses, so that a later library paints it no
 //! differently; and of a painting that was painted `painted.json`, where its pigments went, with `merged.png` and
 //! `thumbnail.png`.
 //!
@@ -19,6 +19,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use std::collections::BTreeSet;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 
 use girtin_grid::Raster;
@@ -128,6 +129,24 @@ fn inner<'a>(entry: &'a str, [folder, ending]: [&str; 2]) -> Option<&'a str> {
 
 fn entry_of(name: &str, [folder, ending]: [&str; 2]) -> String {
     format!("{folder}{name}{ending}")
+}
+
+/// The entry of a map. One that the document calls `NAME.png` needs no second ending, unless another is called `NAME`.
+fn entry_of_map(name: &str, named: &BTreeSet<String>, maps: &MapChest) -> String {
+    let stem = name.strip_suffix(MAPS[1]);
+    match stem.filter(|stem| named.contains(name) && !maps.0.contains_key(*stem)) {
+        Some(stem) => entry_of(stem, MAPS),
+        None => entry_of(name, MAPS),
+    }
+}
+
+/// What the document calls the map of an entry: the name without the ending, or with it if only that is named and has no
+/// entry of its own, as it had in older files.
+fn map_of_entry(called: &str, named: &BTreeSet<String>, entries: &[(String, String)]) -> String {
+    let whole = entry_of(called, ["", MAPS[1]]);
+    let is_whole =
+        !named.contains(called) && named.contains(&whole) && entries.iter().all(|(_, other)| *other != whole);
+    if is_whole { whole } else { called.to_owned() }
 }
 
 /// Whether a map's name can be one in the archive: plain words with nothing that leads out of a folder.

@@ -9,7 +9,7 @@ use zip::ZipArchive;
 
 use crate::maps::StoredMap;
 use crate::picture::{
-    PictureError, PictureLimits, PictureMeta, WriteError, read_grey, write_grey_png, write_grey_png_16,
+    PictureError, PictureLimits, PictureMeta, WriteError, plain, read_grey, write_grey_png, write_grey_png_16,
 };
 use crate::state_file::npy::{self, Element};
 
@@ -56,9 +56,17 @@ pub fn read(bytes: &[u8], limits: &PictureLimits) -> Result<Raster<f32>, MapErro
 /// # Errors
 /// The writer fails, or the map is larger than a PNG can be.
 pub fn write_stored(writer: impl Write, map: &StoredMap) -> Result<(), WriteError> {
+    write_stored_with(writer, map, &PictureMeta::default())
+}
+
+/// The same with what the picture is to say of itself.
+///
+/// # Errors
+/// As [`write_stored`], or it cannot say that.
+pub fn write_stored_with(writer: impl Write, map: &StoredMap, meta: &PictureMeta) -> Result<(), WriteError> {
     match map {
-        StoredMap::Bytes(raster) => write_grey_png(writer, raster, &PictureMeta::default()),
-        StoredMap::Words(raster) => write_grey_png_16(writer, raster, &PictureMeta::default()),
+        StoredMap::Bytes(raster) => write_grey_png(writer, raster, meta),
+        StoredMap::Words(raster) => write_grey_png_16(writer, raster, meta),
     }
 }
 
@@ -72,7 +80,7 @@ pub fn read_stored(bytes: &[u8], limits: &PictureLimits) -> Result<StoredMap, Ma
             PictureError::Read(error)
         }
         DecodingError::LimitsExceeded => PictureError::Memory { most: limits.decoder_bytes },
-        other => PictureError::Damaged(other.to_string()),
+        other => PictureError::Damaged(plain(&other.to_string())),
     };
     let most = usize::try_from(limits.decoder_bytes).unwrap_or(usize::MAX);
     let mut decoder = Decoder::new_with_limits(Cursor::new(bytes), png::Limits { bytes: most });

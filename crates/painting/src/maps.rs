@@ -55,6 +55,11 @@ impl StoredMap {
         Self::Words(amounts.map(|amount| (amount.clamp(0.0, 1.0) * 65535.0 + 0.5) as u16))
     }
 
+    /// A number that tells maps apart.
+    pub fn fingerprint(&self) -> u64 {
+        self.folded_into(0)
+    }
+
     /// Amounts from 0 to 1, rounded to 255ths.
     pub fn bytes(amounts: &Raster<f32>) -> Self {
         Self::Bytes(amounts.map(|amount| (amount.clamp(0.0, 1.0) * 255.0 + 0.5) as u8))

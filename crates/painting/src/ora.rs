@@ -187,8 +187,10 @@ fn thumbnail(picture: &Raster<[u8; 3]>) -> Raster<[u8; 3]> {
 /// Makes a multiplying layer of each glaze, from the paper up.
 #[derive(Clone, Debug)]
 pub struct GlazeLayers {
-    /// What paper and layers make so far.
+    /// What paper and layers make so far, where a program rounds after every layer.
     below: Raster<[u8; 3]>,
+    /// The same where it rounds at the end only.
+    exact: Raster<[f32; 3]>,
 }
 
 /// How far two pictures are apart, in levels of 8 bits.
@@ -203,10 +205,30 @@ pub struct Difference {
 impl GlazeLayers {
     /// Begins with the bare paper, sRGB.
     pub fn new(paper: Raster<[u8; 3]>) -> Self {
-        Self { below: paper }
+        Self { exact: paper.map(|color| color.map(f32::from)), below: paper }
+    }
+
+    /// Lightens the pictures after each glaze, the bare paper first, where a later one is lighter: multiplying cannot, so
+    /// that what a glaze hides is not to be there at all. The last picture stays as it is.
+    ///
+    /// # Panics
+    /// They are of different sizes.
+    pub fn lighten(pictures: &mut [Raster<[u8; 3]>]) {
+        for last in (1..pictures.len()).rev() {
+            let (below, above) = pictures.split_at_mut(last);
+            let (below, above) = (&mut below[last - 1], &above[0]);
+            assert_eq!((below.width(), below.height()), (above.width(), above.height()), "sizes of pictures");
+            let channels = below.as_mut_slice().as_flattened_mut().par_iter_mut();
+            channels
+                .zip(above.as_slice().as_flattened())
+                .for_each(|(below, above)| *below = (*below).max(*above));
+        }
     }
 
     /// The layer that makes of everything below the picture after the glaze, where that is darker.
+    ///
+    /// What is below is what the layers so far make as they are written, so that rounding does not add up. Programs that
+    /// round after every layer and those that round once both come to the picture, a level more or less.
     ///
     /// Multiplying cannot lighten: what a glaze lightens stays as it is, and shows in
     /// [`GlazeLayers::difference`]. Where nothing changes, the layer is transparent.
@@ -217,11 +239,12 @@ impl GlazeLayers {
         let size = (after.width(), after.height());
         assert_eq!(size, (self.below.width(), self.below.height()), "sizes of glaze and paper");
         let mut layer = Raster::new(size.0, size.1, [0; 4]);
-        let below = self.below.as_mut_slice().par_iter_mut();
+        let below = self.below.as_mut_slice().par_iter_mut().zip(self.exact.as_mut_slice());
         layer.as_mut_slice().par_iter_mut().zip(below).zip(after.as_slice()).for_each(
-            |((layer, below), after)| {
-                let part = std::array::from_fn(|i| part(below[i], after[i]));
+            |((layer, (below, exact)), after)| {
+                let part: [u8; 3] = std::array::from_fn(|i| part(below[i], exact[i], after[i]));
                 *below = std::array::from_fn(|i| multiplied(below[i], part[i]));
+                *exact = std::array::from_fn(|i| exact[i] * f32::from(part[i]) / 255.0);
                 let [r, g, b] = part;
                 *layer = [r, g, b, if part == [255; 3] { 0 } else { 255 }];
             },
@@ -234,16 +257,18 @@ impl GlazeLayers {
         &self.below
     }
 
-    /// How far paper and layers are from the painting.
+    /// How far paper and layers as they are written are from the painting, whichever way of rounding is farther.
     ///
     /// # Panics
     /// The painting has another size than the paper.
     pub fn difference(&self, painting: &Raster<[u8; 3]>) -> Difference {
         let size = (painting.width(), painting.height());
         assert_eq!(size, (self.below.width(), self.below.height()), "sizes of painting and paper");
-        let pairs = self.below.as_slice().as_flattened().iter().zip(painting.as_slice().as_flattened());
+        let made = self.below.as_slice().as_flattened().iter().zip(self.exact.as_slice().as_flattened());
+        let pairs = made.zip(painting.as_slice().as_flattened());
         let (mut sum, mut max) = (0u64, 0);
-        for difference in pairs.map(|(a, b)| a.abs_diff(*b)) {
+        for difference in pairs.map(|((a, exact), b)| a.abs_diff(*b).max((exact.round() as u8).abs_diff(*b)))
+        {
             sum += u64::from(difference);
             max = max.max(difference);
         }
@@ -257,13 +282,20 @@ fn multiplied(below: u8, layer: u8) -> u8 {
     ((u32::from(below) * u32::from(layer) + 127) / 255) as u8
 }
 
-/// What multiplies `below` to `after`, or as near as can be. A step of the layer is less than a level of the result,
-/// so that nearly every darker value is met.
-fn part(below: u8, after: u8) -> u8 {
-    if after >= below {
+/// What multiplies both `below` and `exact` to `after`, or as near as can be. A step of the layer is less than a level
+/// of the result, so that nearly every darker value is met.
+fn part(below: u8, exact: f32, after: u8) -> u8 {
+    let off = |part: u8| {
+        let rounded = f32::from(multiplied(below, part).abs_diff(after));
+        rounded.max((exact * f32::from(part) / 255.0 - f32::from(after)).abs())
+    };
+    // Half a level is what any picture is rounded by.
+    if off(255) <= 0.5 {
         return 255;
     }
-    ((u32::from(after) * 255 + u32::from(below) / 2) / u32::from(below)) as u8
+    let middle = (f32::from(after) * 255.0 / exact.max(1.0)).round().min(255.0) as u8;
+    let near = (middle.saturating_sub(1)..=middle.saturating_add(1)).rev();
+    near.min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(middle)
 }
 
 #[cfg(test)]

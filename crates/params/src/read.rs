@@ -243,6 +243,24 @@ impl<'a> Table<'a> {
         self.fault(key, format!("{place} lacks `{key}`")).hint(format!("add `{key}`, {wanted}"))
     }
 
+    /// Refuses a file of another format than `known`, or of none.
+    ///
+    /// # Errors
+    /// It is.
+    pub fn need_format(&self, known: u32) -> Result<(), Fault> {
+        match self.count("format", 0..=u32::MAX)? {
+            Some(format) if format == known => Ok(()),
+            Some(other) => {
+                let hint = format!("this Girtin reads format {known}; a newer one may read this file");
+                Err(self.fault("format", format!("format {other} is not known")).hint(hint))
+            }
+            None => {
+                let hint = format!("begin the file with `format = {known}`");
+                Err(self.fault("format", "the file lacks `format`").hint(hint))
+            }
+        }
+    }
+
     /// Whether the table has `key`; counts as asking for it.
     pub fn has(&self, key: &str) -> bool {
         self.ask(key).is_some()

@@ -1,6 +1,7 @@
 //! What a painter may be asked for: a row per parameter, and presets of them.
 
-use girtin_params::{Problem, parameters, parse};
+use girtin_params::read::Fault;
+use girtin_params::{Problem, Table, parameters, parse};
 
 parameters! {
     /// How a picture is turned into washes.
@@ -152,11 +153,17 @@ impl Preset {
     /// # Errors
     /// The text is not TOML, a key is unknown, or a value not allowed.
     pub fn from_toml(origin: &str, text: &str) -> Result<Self, Problem> {
-        parse(origin, text, |table| {
-            let palette = table.texts("palette")?;
-            let paper = table.text("paper")?.unwrap_or_else(|| "fine-grain".to_owned());
-            Ok(Self { palette, paper, params: table.parameters()? })
-        })
+        parse(origin, text, Self::from_table)
+    }
+
+    /// The same of a file that is being read, for those who look up its names while their places are known.
+    ///
+    /// # Errors
+    /// A value is not allowed.
+    pub fn from_table(table: &Table<'_>) -> Result<Self, Fault> {
+        let palette = table.texts("palette")?;
+        let paper = table.text("paper")?.unwrap_or_else(|| "fine-grain".to_owned());
+        Ok(Self { palette, paper, params: table.parameters()? })
     }
 }
 

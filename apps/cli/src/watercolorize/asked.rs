@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::ValueEnum;
 use girtin::optics::{Library, Palette};
 use girtin::painting::Stock;
-use girtin::params::{hint_for, parse};
+use girtin::params::{Table, hint_for, parse};
 use girtin::watercolorize::separate::MOST;
 use girtin::watercolorize::{Border, Mounting, PRESETS, PhotoParams, Preset};
 
@@ -203,32 +203,26 @@ fn preset(name: &str, stock: &Stock) -> Result<Preset, Failure> {
         });
     }
     let text = input::read_text(Path::new(name))?;
-    let mut preset = Preset::from_toml(name, &text)?;
     // Names are looked up while their places are known.
-    let palette = parse(name, &text, |table| {
-        let names = table.texts("palette")?.unwrap_or_default();
-        let mut ids = Vec::new();
-        for (place, name) in table.places("palette").iter().zip(names) {
+    let read = |table: &Table<'_>| {
+        let mut preset = Preset::from_table(table)?;
+        for (place, name) in table.places("palette").iter().zip(preset.palette.iter_mut().flatten()) {
             let unknown = |error: girtin::optics::UnknownPigment| {
                 table.fault_at(place, error.to_string()).hint(error.hint())
             };
-            ids.push(stock.pigments.get(&name).map_err(unknown)?.id.clone());
+            *name = stock.pigments.get(name).map_err(unknown)?.id.clone();
         }
-        if table.has("palette") && !(1..=MOST).contains(&ids.len()) {
+        if let Some(ids) = preset.palette.as_ref().filter(|ids| !(1..=MOST).contains(&ids.len())) {
             let fault = table.fault("palette", format!("the palette has {} pigments", ids.len()));
             return Err(fault.hint(format!("name 1 to {MOST}")));
         }
-        if let Some(paper) = table.text("paper")? {
-            stock
-                .papers
-                .get(&paper)
-                .map_err(|error| table.fault("paper", error.to_string()).hint(error.hint))?;
-        }
-        let _: PhotoParams = table.parameters()?;
-        Ok(ids)
-    })?;
-    preset.palette = preset.palette.map(|_| palette);
-    Ok(preset)
+        stock
+            .papers
+            .get(&preset.paper)
+            .map_err(|error| table.fault("paper", error.to_string()).hint(error.hint))?;
+        Ok(preset)
+    };
+    Ok(parse(name, &text, read)?)
 }
 
 /// Lengths of paper that can be asked for, mm.

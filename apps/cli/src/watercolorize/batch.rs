@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use girtin::painting::picture::PictureFormat;
 
 use crate::failure::{Failure, plain};
+use crate::output::MadeFolder;
 
 /// What an output's name has in place of the photograph's.
 const STEM: &str = "{stem}";
@@ -96,6 +97,21 @@ pub fn ending_of(path: &Path) -> Option<String> {
     path.extension().map(|ending| ending.to_string_lossy().to_lowercase())
 }
 
+/// Refuses a name with a place in braces that is not the photograph's: it would be taken as it is, every time.
+///
+/// # Errors
+/// It has one.
+pub fn check_places(text: &str) -> Result<(), Failure> {
+    let is_word =
+        |word: &str| !word.is_empty() && word.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
+    let mut places = text.split('{').skip(1).filter_map(|rest| Some(rest.split_once('}')?.0));
+    match places.find(|place| is_word(place) && *place != &STEM[1..STEM.len() - 1]) {
+        Some(place) => Err(Failure::usage(format!("`{{{place}}}` in `{text}` stands for nothing"))
+            .hint("`{stem}` stands for the photograph's name without folder and ending")),
+        None => Ok(()),
+    }
+}
+
 /// The names of outputs for one photograph of `count`.
 #[derive(Clone, Copy, Debug)]
 pub struct Naming<'a> {
@@ -120,6 +136,7 @@ impl Naming<'_> {
     /// There are several photographs and one name.
     pub fn file(&self, template: &Path, what: &str) -> Result<PathBuf, Failure> {
         let text = template.as_os_str().to_string_lossy();
+        check_places(&text)?;
         if !text.contains(STEM) {
             if self.count > 1 {
                 let message = format!("{} photographs cannot all be {what} `{text}`", self.count);
@@ -134,6 +151,17 @@ impl Naming<'_> {
             None => Err(Failure::usage(format!("the name of `{}` is no text", self.photo.display()))
                 .hint("give the painting a name without `{stem}`")),
         }
+    }
+
+    /// Makes the folder of a file whose name has the photograph's in it, if it is not there: so many are not named one by
+    /// one, and nothing else is meant.
+    ///
+    /// # Errors
+    /// The folder that it is to lie in is missing or read-only.
+    pub fn folder_of(&self, template: &Path, file: &Path) -> Result<Option<MadeFolder>, Failure> {
+        let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty());
+        let is_template = template.as_os_str().to_string_lossy().contains(STEM);
+        folder.filter(|_| is_template).map(MadeFolder::new).transpose()
     }
 
     /// A mask, whose name may have the photograph's in it.
@@ -228,6 +256,10 @@ mod tests {
         assert!(file(2, "out.png").is_err());
         let folder = tempfile::tempdir().unwrap();
         assert_eq!(naming(2).picture(folder.path(), "tif").unwrap(), folder.path().join("cat.b.tif"));
+        for text in ["out/{name}.png", "{stem}-{n}.png", "{}/{STEM}.png"] {
+            assert!(file(1, text).is_err() && file(2, text).is_err(), "{text}");
+        }
+        assert_eq!(file(1, "{a b}{}.png").unwrap(), Path::new("{a b}{}.png"));
         let piped = Naming { photo: Path::new("-"), count: 1 };
         assert_eq!(piped.file(Path::new("{stem}.png"), "the output").unwrap(), Path::new("painting.png"));
     }

@@ -19,7 +19,7 @@ use girtin::watercolorize::mount::Mount;
 
 use crate::failure::Failure;
 use crate::input;
-use crate::output::{MadeFolder, Outputs, Staged, Target};
+use crate::output::{MadeFolder, Outputs, Staged, Target, is_same_file};
 use crate::progress::Stages as Progress;
 
 use super::asked::Recipe;
@@ -60,13 +60,17 @@ pub struct Mattes {
     glazes: GlazesFile,
     /// Name and file of each.
     files: Vec<(String, PathBuf)>,
+    /// Files of its folder that nothing is painted from.
+    unused: Vec<PathBuf>,
 }
 
 /// Where targets go.
 #[derive(Debug)]
 pub struct Targets {
     targets: Vec<(String, Option<Target>)>,
+    // In this order: the inner one is to go first.
     _folder: MadeFolder,
+    _around: Option<MadeFolder>,
 }
 
 impl C97Args {
@@ -105,7 +109,9 @@ impl C97Args {
             glazes.lifts.push(Lift { name: name.clone(), fraction: LIFTED });
             files.push((name, path));
         }
-        Ok(Some(Mattes { glazes, files }))
+        let is_used = |path: &Path| files.iter().any(|(_, used)| is_same_file(used, path));
+        let unused = known.into_iter().map(|(_, path)| path).filter(|path| !is_used(path)).collect();
+        Ok(Some(Mattes { glazes, files, unused }))
     }
 
     /// Claims a picture for every target.
@@ -119,7 +125,9 @@ impl C97Args {
         mattes: Option<&Mattes>,
     ) -> Result<Option<Targets>, Failure> {
         let (Some(folder), Some(mattes)) = (&self.targets, mattes) else { return Ok(None) };
-        let folder = naming.file(folder, "the targets' folder")?;
+        let given = folder;
+        let folder = naming.file(given, "the targets' folder")?;
+        let around = naming.folder_of(given, &folder)?;
         let made = MadeFolder::new(&folder)?;
         let mut targets = Vec::new();
         for matte in &mattes.glazes.mattes {
@@ -129,7 +137,7 @@ impl C97Args {
                 targets.push((name, target));
             }
         }
-        Ok(Some(Targets { targets, _folder: made }))
+        Ok(Some(Targets { targets, _folder: made, _around: around }))
     }
 }
 
@@ -154,6 +162,19 @@ impl Mattes {
     /// How many glazes it has at most.
     pub fn glazes(&self) -> usize {
         self.glazes.mattes.iter().map(|matte| matte.pigments.len()).sum()
+    }
+
+    /// Files of its folder that nothing is painted from.
+    pub fn unused(&self) -> &[PathBuf] {
+        &self.unused
+    }
+
+    /// Refuses mattes that cannot be read or are of other proportions than the photograph.
+    ///
+    /// # Errors
+    /// One is.
+    pub fn check(&self, photo: [usize; 2]) -> Result<(), Failure> {
+        self.files.iter().try_for_each(|(_, path)| mask(path, photo).map(drop))
     }
 
     /// Its mattes and pigments, for people.
@@ -232,6 +253,11 @@ impl Targets {
             staged.push(target.stage(|writer| Ok(write_stored(writer, &map)?))?);
         }
         Ok(staged)
+    }
+
+    /// The files that it writes.
+    pub fn names(&self) -> impl Iterator<Item = &str> {
+        self.targets.iter().filter_map(|(_, target)| target.as_ref().map(Target::name))
     }
 
     /// Whether there is nothing to write.

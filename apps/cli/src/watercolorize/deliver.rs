@@ -160,7 +160,7 @@ impl Delivery<'_> {
             self.say("writing the layers");
             let mut difference = Difference::default();
             let staged = target.stage_file(|file| {
-                difference = self.write_layers(file, &washes)?;
+                difference = self.write_layers(file, &mut washes)?;
                 Ok(())
             })?;
             delivered.staged.push(staged);
@@ -196,7 +196,12 @@ impl Delivery<'_> {
         Ok(())
     }
 
-    fn write_layers(&self, file: &mut File, washes: &[Raster<[u8; 3]>]) -> Result<Difference, WriteFault> {
+    fn write_layers(
+        &self,
+        file: &mut File,
+        washes: &mut [Raster<[u8; 3]>],
+    ) -> Result<Difference, WriteFault> {
+        GlazeLayers::lighten(washes);
         let [Some(paper), Some(merged)] = [washes.first(), washes.last()] else {
             return Ok(Difference::default());
         };

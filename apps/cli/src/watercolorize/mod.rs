@@ -121,12 +121,29 @@ fn bits(text: &str) -> Result<u8, String> {
     }
 }
 
+impl WatercolorizeArgs {
+    /// Refuses to read the standard input twice, and names with places that stand for nothing.
+    ///
+    /// # Errors
+    /// There is such a name.
+    fn check_names(&self) -> Result<(), Failure> {
+        let masks = [&self.masks.reserve, &self.masks.detail_map, &self.c97.mattes].into_iter().flatten();
+        let masks = masks.chain(&self.c97.lift);
+        masks.clone().try_for_each(|path| batch::check_places(&path.to_string_lossy()))?;
+        // The last of the paths is the painting.
+        let inputs = self.paths.split_last().map_or(&[][..], |(_, inputs)| inputs);
+        let files = inputs.iter().chain(masks).chain(&self.c97.glazes).map(PathBuf::as_path);
+        input::check_stdin(files.chain(self.stock.paths()))
+    }
+}
+
 /// Runs the verb.
 ///
 /// # Errors
 /// The command line is wrong, an output cannot be written, or a photograph cannot be painted.
 pub fn run(args: &WatercolorizeArgs, interrupt: &Interrupt) -> Result<(), Failure> {
-    args.means.threads.install()?;
+    args.means.write.threads.install()?;
+    args.check_names()?;
     let mut stock = args.stock.over(Stock::builtin())?;
     let recipes = args.asked.recipes(&mut stock, args.size.contact_sheet)?;
     let Some((output, inputs)) = args.paths.split_last().filter(|(_, inputs)| !inputs.is_empty()) else {
@@ -219,7 +236,7 @@ fn claimed(
     });
     let own = args.stock.paths().map(Path::to_owned);
     let files: Vec<PathBuf> = args.asked.files().chain(masks).chain(own).chain(photos.to_vec()).collect();
-    let mut outputs = Outputs::new(args.means.output, files.iter().map(PathBuf::as_path));
+    let mut outputs = Outputs::new(args.means.write.output, files.iter().map(PathBuf::as_path));
     let washes = recipes.iter().map(|recipe| recipe.params.washes).max().unwrap_or(0);
     let mut errands = Vec::new();
     for photo in photos {

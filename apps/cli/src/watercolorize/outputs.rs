@@ -71,6 +71,8 @@ pub struct Errand {
     pub mattes: Option<Mattes>,
     /// Target glazes.
     pub targets: Option<Targets>,
+    /// Folders that were made for these; after them, so that they are empty first if nothing comes of it.
+    _folders: Vec<MadeFolder>,
 }
 
 impl Errand {
@@ -81,6 +83,25 @@ impl Errand {
         let has_targets = self.targets.as_ref().is_some_and(|targets| !targets.is_done());
         let is_picture_done = self.picture.is_none() && self.film.is_none();
         is_picture_done && !has_targets && more.flatten().next().is_none()
+    }
+
+    /// Name of the picture.
+    pub fn output(&self) -> Option<&str> {
+        self.picture.as_ref().map(|(target, _)| target.name())
+    }
+
+    /// What is written besides the picture: what it is and its files, in the order they are asked for.
+    pub fn more(&self) -> Vec<(&'static str, Vec<&str>)> {
+        let stages = self.stages.iter().flat_map(|stages| stages.washes.iter().chain([&stages.palette]));
+        let film = self.film.as_ref().map(|(target, _)| target.name());
+        let all = [
+            ("layers", Vec::from_iter(self.layers.as_ref().map(Target::name))),
+            ("save", Vec::from_iter(self.save.as_ref().map(Target::name))),
+            ("timelapse", Vec::from_iter(film)),
+            ("stages", stages.flatten().map(Target::name).collect()),
+            ("targets", self.targets.iter().flat_map(Targets::names).collect()),
+        ];
+        all.into_iter().filter(|(_, files)| !files.is_empty()).collect()
     }
 
     /// Names for it.
@@ -103,6 +124,7 @@ impl MoreArgs {
         (washes, talk): (u32, TalkArgs),
     ) -> Result<Errand, Failure> {
         let path = naming.picture(output, writing.ending())?;
+        let mut folders = Vec::from_iter(naming.folder_of(output, &path)?);
         let format = writing.format(&path)?;
         // What was said of the format counts for more than the name.
         let ending = ending_of(&path)
@@ -113,6 +135,7 @@ impl MoreArgs {
             |given: &Option<PathBuf>, format: &str, what: &str| -> Result<Option<Target>, Failure> {
                 let Some(given) = given else { return Ok(None) };
                 let path = naming.file(given, what)?;
+                folders.extend(naming.folder_of(given, &path)?);
                 let ending = ending_of(&path).unwrap_or_default();
                 if ending != format && !is_special(&path) {
                     return Err(Failure::usage(format!("`{}` does not end in .{format}", path.display()))
@@ -123,11 +146,19 @@ impl MoreArgs {
         let layers = claim(&self.layers, "ora", "layers")?;
         let save = claim(&self.save, "girtin", "paintings")?;
         let film = match &self.timelapse {
-            Some(given) => film(outputs, &naming.file(given, "the film")?, talk)?,
+            Some(given) => {
+                let path = naming.file(given, "the film")?;
+                folders.extend(naming.folder_of(given, &path)?);
+                film(outputs, &path, talk)?
+            }
             None => None,
         };
         let stages = match &self.stages {
-            Some(given) => Some(stages(outputs, &naming.file(given, "the stages' folder")?, washes)?),
+            Some(given) => {
+                let folder = naming.file(given, "the stages' folder")?;
+                folders.extend(naming.folder_of(given, &folder)?);
+                Some(stages(outputs, &folder, washes)?)
+            }
             None => None,
         };
         Ok(Errand {
@@ -140,6 +171,7 @@ impl MoreArgs {
             stages,
             mattes: None,
             targets: None,
+            _folders: folders,
         })
     }
 }

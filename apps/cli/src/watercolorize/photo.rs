@@ -1,15 +1,15 @@
 //! The photograph and the masks that lie over it.
 
 use std::ffi::OsStr;
-use std::io::{self, Seek, SeekFrom};
+use std::io::{Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use girtin::grid::Raster;
 use girtin::grid::resize::resized;
-use girtin::painting::picture::{PictureError, PictureLimits, read_grey, read_photo, read_size};
+use girtin::painting::picture::{PictureError, PictureLimits, read_mask, read_photo, read_size};
 use girtin::watercolorize::PAPER;
 
-use crate::failure::{Failure, Kind};
+use crate::failure::Failure;
 use crate::input::{self, Source};
 use crate::progress::TalkArgs;
 
@@ -64,7 +64,7 @@ impl MaskArgs {
 /// # Errors
 /// It cannot be read, or has other proportions.
 pub fn mask(path: &Path, [width, height]: [usize; 2]) -> Result<Raster<f32>, Failure> {
-    let mask = input::picture(path, read_grey)?;
+    let mask = input::picture(path, read_mask)?;
     // As large as the photograph, a pixel more or less, once its long edge is.
     let found = [mask.width(), mask.height()].map(|side| side as f64);
     let wanted = [width, height].map(|side| side as f64);
@@ -127,8 +127,8 @@ impl Reading {
     pub fn open(self, path: &Path) -> Result<Opened, Failure> {
         let mut source = input::open(path)?;
         let size = read_size(&mut *source, ending(path), &self.limits());
-        let (width, height) = size.map_err(|error| no_photo(path, &error))?;
-        source.seek(SeekFrom::Start(0)).map_err(|error| no_photo(path, &PictureError::Read(error)))?;
+        let (width, height) = size.map_err(|error| input::no_photo(path, &error))?;
+        source.seek(SeekFrom::Start(0)).map_err(|error| input::no_photo(path, &PictureError::Read(error)))?;
         let longest = width.max(height);
         let long_edge = match self.size {
             Some(size) => size,
@@ -149,7 +149,7 @@ impl Opened {
         let limits = self.reading.limits();
         let paper = PAPER.to_linear();
         let photo = read_photo(self.source, ending(&self.path), &limits, paper);
-        let photo = photo.map_err(|error| no_photo(&self.path, &error))?;
+        let photo = photo.map_err(|error| input::no_photo(&self.path, &error))?;
         for note in &photo.notes {
             talk.say(&format!("girtin: {}: {note}", input::name_of(&self.path)));
         }
@@ -167,20 +167,4 @@ impl Opened {
 
 fn ending(path: &Path) -> Option<&str> {
     path.extension().and_then(OsStr::to_str)
-}
-
-/// Why a photograph is not read.
-fn no_photo(path: &Path, error: &PictureError) -> Failure {
-    let is_outside = matches!(error, PictureError::NoRoom(_))
-        || matches!(error, PictureError::Read(error) if error.kind() != io::ErrorKind::UnexpectedEof);
-    let kind = if is_outside { Kind::Failed } else { Kind::Input };
-    let hint = match error {
-        PictureError::TooLarge { width, height, .. } => {
-            let pixels = u64::from(*width) * u64::from(*height);
-            format!("if it is to be trusted, allow it with `--max-pixels {pixels}`; or reduce it first")
-        }
-        PictureError::Memory { .. } => "if it is to be trusted, allow more with `--max-pixels`".to_owned(),
-        _ => error.hint().unwrap_or("try another picture").to_owned(),
-    };
-    Failure::new(kind, format!("{}: {error}", input::name_of(path))).hint(hint)
 }

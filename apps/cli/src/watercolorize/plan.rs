@@ -1,7 +1,5 @@
 //! What would be done, how much memory it takes and how long.
 
-use std::path::Path;
-
 use girtin::params::row::Parameters;
 use girtin::watercolorize::PhotoParams;
 use girtin::watercolorize::mount::Mount;
@@ -10,26 +8,37 @@ use serde_json::{Value, json};
 use crate::arguments::megabytes;
 
 use super::asked::Recipe;
-use super::c97::Mattes;
+use super::outputs::Errand;
 
 /// Bytes of a photograph's pixel, as light, and besides while it is decoded.
 const LIGHT: u64 = 12;
 const DECODED: u64 = 6;
 /// Bytes of a cell that is planned and painted on, and of one for each pigment and wash.
-const CELL: u64 = 700;
-const PIGMENT: u64 = 8;
-/// Bytes of a picture's pixel, while it is developed and written.
-const PIXEL: u64 = 8;
+const CELL: u64 = 520;
+const PIGMENT: u64 = 12;
+/// Percent of that which are kept until the picture is developed.
+const KEPT: u64 = 40;
+/// Bytes of a picture's pixel, while it is developed and written; of the picture after each wash; and besides of what
+/// layers are made of.
+const PIXEL: u64 = 6;
+const WASHED: u64 = 3;
+const LAYERED: u64 = 30;
 /// What the program takes before it has done anything.
 const BASE: u64 = 30_000_000;
 
 /// Seconds of one thread for a cell and wash, to plan and paint it.
-const CELL_SECONDS: f64 = 3.2e-6;
+const CELL_SECONDS: f64 = 5e-6;
+/// The same for a cell and glaze of a matte.
+const MATTE_SECONDS: f64 = 3.7e-6;
 /// Seconds of one thread to look at a cell, and to choose a palette.
-const LOOK_SECONDS: f64 = 4e-6;
-const PALETTE_SECONDS: f64 = 1.0;
+const LOOK_SECONDS: f64 = 3e-6;
+const PALETTE_SECONDS: f64 = 1.2;
 /// Seconds of one thread for a pixel and wash, to develop it.
-const PIXEL_SECONDS: f64 = 0.15e-6;
+const PIXEL_SECONDS: f64 = 0.085e-6;
+/// Seconds for a pixel, which no number of threads shortens: to read a photograph, to write a picture, to write a layer.
+const READ_SECONDS: f64 = 0.07e-6;
+const WRITE_SECONDS: f64 = 0.1e-6;
+const LAYER_SECONDS: f64 = 0.24e-6;
 
 /// The plan of one painting.
 #[derive(Clone, Copy, Debug)]
@@ -40,8 +49,8 @@ pub struct Plan<'a> {
     pub photo: [usize; 2],
     /// Long edge of the picture without its margin.
     pub long_edge: u32,
-    /// Mattes that it is painted from.
-    pub mattes: Option<&'a Mattes>,
+    /// What is written of it.
+    pub errand: &'a Errand,
 }
 
 impl Plan<'_> {
@@ -77,34 +86,56 @@ impl Plan<'_> {
     }
 
     fn glazes(&self) -> u64 {
-        self.mattes.map_or(u64::from(self.recipe.params.washes), |mattes| mattes.glazes() as u64)
+        let mattes = self.errand.mattes.as_ref();
+        mattes.map_or(u64::from(self.recipe.params.washes), |mattes| mattes.glazes() as u64)
     }
 
     /// Bytes of memory, about.
     pub fn memory(&self) -> u64 {
-        let photo: u64 = self.photo.iter().map(|&side| side as u64).product();
-        let washes = self.glazes();
-        let painting = self.cells() * (CELL + PIGMENT * washes * self.pigments());
+        let glazes = self.glazes();
+        let painting = self.cells() * (CELL + PIGMENT * glazes * self.pigments());
+        let layered = if self.errand.layers.is_some() { LAYERED } else { 0 };
+        let washed = if self.writes_washes() { WASHED * (glazes + 2) + layered } else { 0 };
+        // What is painted from is no larger than lines are looked for on.
+        let looked_at = self.photographed().min(4 * self.cells());
         // One after another: the photograph is read, painted from, and gone when the picture is developed.
-        let [reading, planning] = [photo * (LIGHT + DECODED), photo * LIGHT + painting];
-        BASE + reading.max(planning).max(painting + PIXEL * self.pixels())
+        let [reading, planning] = [self.photographed() * (LIGHT + DECODED), looked_at * LIGHT + painting];
+        BASE + reading.max(planning).max(painting * KEPT / 100 + PIXEL.max(washed) * self.pixels())
+    }
+
+    fn photographed(&self) -> u64 {
+        self.photo.iter().map(|&side| side as u64).product()
+    }
+
+    /// Whether the picture after each wash is written.
+    fn writes_washes(&self) -> bool {
+        self.errand.layers.is_some() || self.errand.stages.is_some()
     }
 
     /// Seconds to paint it and to develop it, about.
     pub fn seconds(&self) -> [f64; 2] {
         let threads = rayon::current_num_threads() as f64;
-        let washes = self.glazes() as f64;
-        let palette = if self.recipe.palette.is_some() { 0.0 } else { PALETTE_SECONDS };
-        let painting = self.cells() as f64 * (LOOK_SECONDS + CELL_SECONDS * washes) + palette;
-        [painting / threads, self.pixels() as f64 * PIXEL_SECONDS * (1.0 + washes) / threads]
+        let (glazes, has_mattes) = (self.glazes() as f64, self.errand.mattes.is_some());
+        let palette = if self.recipe.palette.is_some() || has_mattes { 0.0 } else { PALETTE_SECONDS };
+        let each = if has_mattes { MATTE_SECONDS } else { CELL_SECONDS };
+        let painting = self.cells() as f64 * (LOOK_SECONDS + each * glazes) + palette;
+        // Washes of every picture that is developed, bare paper as one: of the first ones 0, 1, 2 and so on.
+        let before = if self.writes_washes() { 0.5 * glazes * (glazes + 1.0) } else { 0.0 };
+        let stages = if self.errand.stages.is_some() { glazes } else { 0.0 };
+        let layers = if self.errand.layers.is_some() { glazes + 2.0 } else { 0.0 };
+        let written = WRITE_SECONDS * (1.0 + stages) + LAYER_SECONDS * layers;
+        let developing = PIXEL_SECONDS * (1.0 + glazes + before) / threads + written;
+        let reading = self.photographed() as f64 * READ_SECONDS;
+        [reading + painting / threads, self.pixels() as f64 * developing]
     }
 
     /// For people.
-    pub fn text(&self, photo: &Path, output: &str) -> String {
+    pub fn text(&self) -> String {
+        let errand = self.errand;
         let ([width, height], mount) = (self.picture(), self.mount());
         let recipe = self.recipe;
         let cells = format!("on {} × {} cells", mount.size[0], mount.size[1]);
-        let washes = match (self.mattes, &recipe.palette) {
+        let washes = match (&errand.mattes, &recipe.palette) {
             (Some(mattes), _) => format!("glazes: {cells}; {}", mattes.text()),
             (None, Some(palette)) => {
                 format!("washes: {} at most, {cells}\npigments: {}", recipe.params.washes, palette.join(", "))
@@ -114,15 +145,18 @@ impl Plan<'_> {
                 recipe.params.washes, recipe.params.colors
             ),
         };
+        let more = errand.more().into_iter().map(|(what, files)| format!("{what}: {}\n", files.join(", ")));
         let seen = mount.size_mm.map(|mm| mm - 2.0 * mount.trim_mm);
         let [painting, developing] = self.seconds();
         format!(
-            "photograph: {}, {} × {} pixels\npicture: {output}, {width} × {height} pixels\nsheet: {:.1} × {:.1} mm of \
+            "photograph: {}, {} × {} pixels\npicture: {}, {width} × {height} pixels\n{}sheet: {:.1} × {:.1} mm of \
              {}, seed {}\npreset: {}\n{washes}\nmemory: about {}\n\
              time: about {:.0} s on {} threads\n",
-            photo.display(),
+            errand.photo.display(),
             self.photo[0],
             self.photo[1],
+            errand.output().unwrap_or("none"),
+            more.collect::<String>(),
             seen[0],
             seen[1],
             recipe.paper,
@@ -135,7 +169,9 @@ impl Plan<'_> {
     }
 
     /// For programs.
-    pub fn json(&self, photo: &Path, output: &str) -> Value {
+    pub fn json(&self) -> Value {
+        let errand = self.errand;
+        let more = errand.more().into_iter().map(|(what, files)| (what.to_owned(), json!(files)));
         let ([width, height], [painting, developing]) = (self.picture(), self.seconds());
         let value = |id| match self.recipe.params.get(id) {
             Some(girtin::params::Value::Real(value)) => json!(value),
@@ -145,8 +181,9 @@ impl Plan<'_> {
         };
         let params = PhotoParams::ROWS.iter().map(|row| (row.id.to_owned(), value(row.id)));
         json!({
-            "input": photo.display().to_string(),
-            "output": output,
+            "input": errand.photo.display().to_string(),
+            "output": errand.output().unwrap_or("none"),
+            "more": Value::Object(more.collect()),
             "photo": self.photo,
             "width": width,
             "height": height,

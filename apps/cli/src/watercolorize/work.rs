@@ -17,6 +17,7 @@ use crate::output::print;
 use crate::progress::Stages as Progress;
 
 use super::asked::Recipe;
+use super::c97::Mattes;
 use super::deliver::{Delivered, Delivery, bytes};
 use super::outputs::Errand;
 use super::photo::{MaskArgs, Opened, Reading};
@@ -52,25 +53,47 @@ pub struct Material {
 /// Pixels a millimetre that a document can say.
 const RESOLUTIONS: std::ops::RangeInclusive<f64> = 0.01..=100.0;
 
+/// # Errors
+/// The painting is to be saved, and a document cannot say so many pixels a millimetre.
+fn check_resolution(errand: &Errand, plan: &Plan<'_>) -> Result<(), Failure> {
+    if errand.save.is_some() && !RESOLUTIONS.contains(&plan.pixels_per_mm()) {
+        let message = format!("a document cannot have {:.3} pixels a mm", plan.pixels_per_mm());
+        return Err(Failure::usage(message).hint("choose another `--sheet` or `--size`"));
+    }
+    Ok(())
+}
+
 /// What to do about too little memory.
 const SMALLER: &str = "give a smaller `--size`, or `--detail low`";
 
 impl Work<'_> {
-    /// Says what would be done with a photograph.
+    /// Says what would be done with a photograph, which is read for that: half a file is not to look fine.
     ///
     /// # Errors
-    /// It cannot be opened.
+    /// It, a mask or a matte cannot be read.
     pub fn plan(&self, errand: &Errand) -> Result<(), Failure> {
         let opened = self.reading.open(&errand.photo)?;
-        let output = errand.picture.as_ref().map_or("none", |(target, _)| target.name());
-        for recipe in self.recipes {
-            let (photo, long_edge) = (opened.size, opened.long_edge);
-            let plan = Plan { recipe, photo, long_edge, mattes: errand.mattes.as_ref() };
-            let text = plan.text(&errand.photo, output);
-            let json = || format!("{}\n", plan.json(&errand.photo, output));
-            print(&if self.json { json() } else { text })?;
+        let (photo, long_edge) = (opened.size, opened.long_edge);
+        let plan = |recipe| Plan { recipe, photo, long_edge, errand };
+        self.recipes.iter().try_for_each(|recipe| check_resolution(errand, &plan(recipe)))?;
+        if let Some(mattes) = &errand.mattes {
+            self.tell_unused(mattes);
+            mattes.check(photo)?;
+        }
+        drop(self.material(errand, opened)?);
+        for plan in self.recipes.iter().map(plan) {
+            print(&if self.json { format!("{}\n", plan.json()) } else { plan.text() })?;
         }
         Ok(())
+    }
+
+    fn tell_unused(&self, mattes: &Mattes) {
+        for path in mattes.unused() {
+            let name = path.display();
+            self.means
+                .talk
+                .say(&format!("girtin: `{name}` is not painted: `--glazes` has no matte of its name"));
+        }
     }
 
     /// Paints a photograph and writes what is to be written of it.
@@ -96,8 +119,11 @@ impl Work<'_> {
         }
         let seconds = start.elapsed().as_secs_f64();
         self.means.talk.detail(&format!("{}: {seconds:.1} s", input::name_of(&errand.photo)));
-        let output = errand.picture.as_ref().map(|(target, _)| target.name());
-        if self.json { print(&Told::line(&errand.photo, output, size, &more, seconds)) } else { Ok(()) }
+        if self.json {
+            print(&Told::line(&errand.photo, errand.output(), size, &more, seconds))
+        } else {
+            Ok(())
+        }
     }
 
     /// Everything but names for the outputs: the picture's size, what is told of it, and what was written.
@@ -109,13 +135,10 @@ impl Work<'_> {
         progress.at("reading the photograph", 0.0);
         let opened = self.reading.open(&errand.photo)?;
         let (photo, long_edge) = (opened.size, opened.long_edge);
-        let plan = |recipe| Plan { recipe, photo, long_edge, mattes: errand.mattes.as_ref() };
+        let plan = |recipe| Plan { recipe, photo, long_edge, errand };
         let plans: Vec<Plan<'_>> = self.recipes.iter().map(plan).collect();
         self.tell(errand, &plans[0]);
-        if errand.save.is_some() && !RESOLUTIONS.contains(&plans[0].pixels_per_mm()) {
-            let message = format!("a document cannot have {:.3} pixels a mm", plans[0].pixels_per_mm());
-            return Err(Failure::usage(message).hint("choose another `--sheet` or `--size`"));
-        }
+        check_resolution(errand, &plans[0])?;
         let most = plans.iter().map(Plan::memory).max().unwrap_or(0);
         self.means.check_memory(most, SMALLER)?;
         let material = self.material(errand, opened)?;
@@ -139,7 +162,7 @@ impl Work<'_> {
         let delivery = Delivery {
             painting: &painting,
             stock: self.stock,
-            picture: self.means.picture,
+            picture: self.means.write.picture,
             interrupt: self.interrupt,
             progress,
             done,
@@ -153,6 +176,10 @@ impl Work<'_> {
         let told = Told::of(recipe, &painting.document, &painting.painted.glazes);
         self.means.talk.detail(&format!("pigments: {}", told.palette().join(", ")));
         let mut more = told.json();
+        if let (Some(mattes), Some(more)) = (&errand.mattes, more.as_object_mut()) {
+            let unused = mattes.unused().iter().map(|path| path.display().to_string());
+            more.insert("unused_mattes".to_owned(), unused.collect());
+        }
         if let (Some(difference), Some(more)) = (&delivered.difference, more.as_object_mut()) {
             let difference = json!({ "mean": difference.mean, "max": difference.max });
             more.insert("layers_difference".to_owned(), difference);
@@ -161,8 +188,10 @@ impl Work<'_> {
     }
 
     fn tell(&self, errand: &Errand, plan: &Plan<'_>) {
-        let output = errand.picture.as_ref().map_or("none", |(target, _)| target.name());
-        self.means.talk.detail(&plan.text(&errand.photo, output));
+        if let Some(mattes) = &errand.mattes {
+            self.tell_unused(mattes);
+        }
+        self.means.talk.detail(&plan.text());
         let longest = plan.photo[0].max(plan.photo[1]);
         if self.reading.size.is_none() && !self.reading.is_preview && longest > plan.long_edge as usize {
             self.means.talk.detail(&format!(
@@ -236,7 +265,7 @@ impl Work<'_> {
         let mut delivered = Delivered::default();
         if let Some((target, format)) = &errand.picture {
             let words = [("Seed", self.recipes[0].seed.to_string())];
-            let meta = self.means.picture.meta(None, &words);
+            let meta = self.means.write.picture.meta(None, &words);
             let write =
                 |writer: &mut dyn std::io::Write| Ok(write_picture(writer, &picture, *format, &meta)?);
             delivered.staged.push(target.stage(write)?);

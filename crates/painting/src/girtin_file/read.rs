@@ -1,5 +1,6 @@
 //! A painting out of an archive: all names first, then texts, then pictures, nothing beyond the limits.
 
+use std::collections::BTreeSet;
 use std::io::{self, BufReader, Read, Seek};
 
 use girtin_optics::Pigment;
@@ -11,7 +12,7 @@ use zip::result::ZipError;
 
 use super::{
     DOCUMENT, GirtinFile, GirtinFileError, Limits, MAPS, MERGED, MIME_TYPE, MIMETYPE, PAINTED,
-    PAINTED_FORMAT, PAPERS, PIGMENTS, PaintedRecord, THUMBNAIL, inner, is_plain,
+    PAINTED_FORMAT, PAPERS, PIGMENTS, PaintedRecord, THUMBNAIL, inner, is_plain, map_of_entry,
 };
 use crate::document::{Document, Stock};
 use crate::map_file;
@@ -36,7 +37,7 @@ impl GirtinFile {
         let text = archive.text(DOCUMENT, MAX_TEXT as u64)?;
         let mut document = Document::from_json(DOCUMENT, &text, &stock).map_err(Box::new)?;
         let painted = archive.painted()?;
-        let maps = archive.maps(limits)?;
+        let maps = archive.maps(limits, &document.map_names())?;
         if let Some(name) = document.map_names_mut().find(|name| !maps.0.contains_key(&name.file)) {
             return Err(GirtinFileError::NoMap { file: name.file.clone() });
         }
@@ -168,11 +169,12 @@ impl<R: Read + Seek> Archive<R> {
         Err(GirtinFileError::Unpack { name: name.to_owned(), why: "it is no PNG".to_owned() })
     }
 
-    fn maps(&mut self, limits: &Limits) -> Result<MapChest, GirtinFileError> {
+    fn maps(&mut self, limits: &Limits, named: &BTreeSet<String>) -> Result<MapChest, GirtinFileError> {
         let mut chest = MapChest::default();
         let mut room = limits.map_bytes;
-        for (name, called) in self.entries(MAPS) {
-            let bytes = self.bytes(&name, u64::MAX)?;
+        let entries = self.entries(MAPS);
+        for (name, called) in &entries {
+            let bytes = self.bytes(name, u64::MAX)?;
             let within = crate::picture::PictureLimits {
                 decoder_bytes: limits.maps.decoder_bytes.min(room),
                 ..limits.maps
@@ -188,7 +190,7 @@ impl<R: Read + Seek> Archive<R> {
             })?;
             let [width, height] = map.size();
             room = room.saturating_sub(width as u64 * height as u64 * u64::from(map.bits() / 8));
-            chest.0.insert(called, map);
+            chest.0.insert(map_of_entry(called, named, &entries), map);
         }
         Ok(chest)
     }

@@ -114,6 +114,58 @@ fn a_library_that_changes_changes_no_painting() {
     assert_eq!(again.stock.pigments.get("cobalt-blue").unwrap().handling.granulation, 0.123);
 }
 
+/// The painting with its maps called otherwise.
+fn with_maps(names: [&str; 2]) -> GirtinFile {
+    let mut file = unpainted();
+    let maps = std::mem::take(&mut file.maps.0);
+    for (map, name) in file.document.map_names_mut().zip(names) {
+        file.maps.0.insert(name.to_owned(), maps[&map.file].clone());
+        map.file = name.to_owned();
+    }
+    file
+}
+
+#[test]
+fn entries_of_maps_end_once_and_older_ones_are_read() {
+    let entries = |bytes: &[u8]| -> Vec<String> {
+        let zip = zip::ZipArchive::new(Cursor::new(bytes)).unwrap();
+        let names = zip.file_names_raw().map(|name| String::from_utf8(name.to_vec()).unwrap());
+        names.filter(|name| name.starts_with("maps/")).collect()
+    };
+    for (names, wanted) in [
+        (["a.png", "deep/b.png"], ["maps/a.png", "maps/deep/b.png"]),
+        (["a", "a.png"], ["maps/a.png", "maps/a.png.png"]),
+        (["a.png", "a.png.png"], ["maps/a.png.png", "maps/a.png.png.png"]),
+    ] {
+        let file = with_maps(names);
+        let bytes = written(&file);
+        let again = read(&bytes).unwrap();
+        assert_eq!((&again.document, &again.maps), (&file.document, &file.maps), "{names:?}");
+        if names[1] != "a.png.png" {
+            assert_eq!(entries(&bytes), wanted);
+        }
+    }
+    // A map that the document does not name keeps its name as well.
+    let mut file = with_maps(["a.png", "b"]);
+    file.maps.0.insert("c.png".to_owned(), StoredMap::Bytes(Raster::new(1, 1, 7)));
+    assert_eq!(read(&written(&file)).unwrap().maps, file.maps);
+    // As files had it before.
+    let file = with_maps(["a.png", "b.png"]);
+    let mut new = zip::ZipArchive::new(Cursor::new(written(&file))).unwrap();
+    let mut old = Vec::new();
+    for at in 0..new.len() {
+        let mut entry = new.by_index(at).unwrap();
+        let mut bytes = Vec::new();
+        std::io::Read::read_to_end(&mut entry, &mut bytes).unwrap();
+        let name = entry.name().unwrap().to_string();
+        let is_map = name.starts_with("maps/");
+        old.push((if is_map { format!("{name}.png") } else { name }, bytes));
+    }
+    let old: Vec<(&str, &[u8])> = old.iter().map(|(name, bytes)| (name.as_str(), &bytes[..])).collect();
+    let again = read(&zip(&old)).unwrap();
+    assert_eq!((&again.document, &again.maps), (&file.document, &file.maps));
+}
+
 #[test]
 fn what_could_not_be_read_again_is_not_written() {
     let fails = |change: &dyn Fn(&mut GirtinFile)| {

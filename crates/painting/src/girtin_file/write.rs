@@ -9,8 +9,8 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, System, ZipWriter};
 
 use super::{
-    DOCUMENT, GirtinFile, GirtinFileError, MAPS, MERGED, MIME_TYPE, MIMETYPE, PAINTED, PAINTED_FORMAT,
-    PAPERS, PIGMENTS, PaintedRecord, THUMBNAIL, entry_of,
+    DOCUMENT, GirtinFile, GirtinFileError, MERGED, MIME_TYPE, MIMETYPE, PAINTED, PAINTED_FORMAT, PAPERS,
+    PIGMENTS, PaintedRecord, THUMBNAIL, entry_of, entry_of_map,
 };
 use crate::document::Document;
 use crate::map_file;
@@ -34,10 +34,11 @@ impl GirtinFile {
         for (name, text) in self.texts()? {
             archive.add(&name, text.as_bytes(), CompressionMethod::Deflated)?;
         }
+        let named = self.document.map_names();
         for (name, map) in &self.maps.0 {
             let mut bytes = Vec::new();
             map_file::write_stored(&mut bytes, map).map_err(pack_picture)?;
-            archive.add(&entry_of(name, MAPS), &bytes, CompressionMethod::Stored)?;
+            archive.add(&entry_of_map(name, &named, &self.maps), &bytes, CompressionMethod::Stored)?;
         }
         if let Some(painted) = &self.painted {
             archive.add(PAINTED, painted.to_json().as_bytes(), CompressionMethod::Deflated)?;

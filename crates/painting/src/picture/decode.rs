@@ -11,7 +11,9 @@ use image::codecs::webp::WebPDecoder;
 use image::error::ImageError;
 use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageResult};
 
+use super::claim::refuse_large;
 use super::kind::{self, Kind};
+use super::png_head::{Encoding, encoding};
 use super::{PictureError, PictureLimits, jpeg};
 
 /// What a file holds.
@@ -22,6 +24,8 @@ pub(super) struct Decoded {
     pub are_inks: bool,
     /// The color profile.
     pub profile: Option<Vec<u8>>,
+    /// What the file says of its colors without one.
+    pub encoding: Option<Encoding>,
     /// Columns and rows before it was turned.
     pub size: (u32, u32),
     /// What somebody should know who sees what became of it.
@@ -46,6 +50,7 @@ pub(super) fn decoded(
     let mut head = Vec::new();
     reader.by_ref().take(HEAD).read_to_end(&mut head).map_err(PictureError::Read)?;
     let kind = kind::of(&head, ending)?;
+    refuse_large(kind, &head, limits)?;
     let mut notes = Vec::new();
     match kind {
         Kind::Tiff => {
@@ -59,13 +64,15 @@ pub(super) fn decoded(
     }
     // WebP's decoder calls a missing end corrupt, if it misses it at all.
     let is_cut = kind == Kind::WebP && is_cut_riff(&mut reader, &head)?;
+    let encoding = if kind == Kind::Png { encoding(&mut reader, limits) } else { None };
     reader.seek(SeekFrom::Start(0)).map_err(PictureError::Read)?;
     let reader = BufReader::new(reader);
     let fault = |error| picture_error(error, limits);
     let mut decoded = match kind {
         Kind::Jpeg => jpeg::decode(reader, limits, value_bytes),
         Kind::Png => {
-            let decoder = PngDecoder::with_limits(reader, of_header(limits)).map_err(fault)?;
+            let decoder = PngDecoder::with_limits(reader, of_header(limits))
+                .map_err(|error| head_error(error, limits))?;
             if decoder.is_apng().map_err(fault)? {
                 notes.push(ANIMATION.to_owned());
             }
@@ -86,6 +93,7 @@ pub(super) fn decoded(
         Kind::Bmp => through(BmpDecoder::new(reader).map_err(fault)?, limits, value_bytes),
     }?;
     decoded.notes.append(&mut notes);
+    decoded.encoding = encoding;
     Ok(decoded)
 }
 
@@ -180,12 +188,29 @@ fn through(
     if were_inks {
         notes.push(INKS.to_owned());
     }
-    Ok(Decoded { picture, are_inks: false, profile: profile.filter(|_| !were_inks), size, notes })
+    Ok(Decoded {
+        picture,
+        are_inks: false,
+        profile: profile.filter(|_| !were_inks),
+        encoding: None,
+        size,
+        notes,
+    })
 }
 
 /// What is said of inks that were converted without their profile.
 pub(super) const INKS: &str =
     "the picture is made of printing inks (CMYK), and its colors are a guess: save it as sRGB for exact ones";
+
+/// Why the head of a PNG is not read: a limit that nobody can raise is the file's fault.
+pub(super) fn head_error(error: ImageError, limits: &PictureLimits) -> PictureError {
+    match error {
+        ImageError::Limits(_) if limits.decoder_bytes >= HEADER_BYTES => {
+            PictureError::Damaged("what is packed in its head unpacks to more than 64 MB".to_owned())
+        }
+        other => picture_error(other, limits),
+    }
+}
 
 pub(super) fn picture_error(error: ImageError, limits: &PictureLimits) -> PictureError {
     match error {
@@ -193,7 +218,7 @@ pub(super) fn picture_error(error: ImageError, limits: &PictureLimits) -> Pictur
         ImageError::Limits(_) => PictureError::Memory { most: limits.decoder_bytes },
         ImageError::Unsupported(error) => PictureError::Unsupported(one_line(&error.to_string())),
         other if is_cut(&other) => PictureError::Truncated,
-        other => PictureError::Damaged(one_line(&other.to_string())),
+        other => PictureError::Damaged(plain(&other.to_string())),
     }
 }
 
@@ -201,7 +226,7 @@ fn io_error(error: io::Error) -> PictureError {
     match error.kind() {
         io::ErrorKind::UnexpectedEof => PictureError::Truncated,
         io::ErrorKind::InvalidData | io::ErrorKind::InvalidInput => {
-            PictureError::Damaged(one_line(&error.to_string()))
+            PictureError::Damaged(plain(&error.to_string()))
         }
         _ => PictureError::Read(error),
     }
@@ -219,6 +244,20 @@ fn is_cut(error: &ImageError) -> bool {
         below = error.source();
     }
     false
+}
+
+/// What a decoder says of damage, in plain language where it speaks of its own insides.
+pub(crate) fn plain(message: &str) -> String {
+    let message = one_line(message);
+    // Of PNG, whose parts each have one.
+    if message.contains("CRC error") || message.contains("checksum") {
+        return "a checksum does not fit, so bytes of the file were changed".to_owned();
+    }
+    let is_of_insides = |c: char| matches!(c, '{' | '}' | '(' | ')' | '[' | ']' | '"');
+    if message.contains(is_of_insides) || message.contains("0x") {
+        return "a part of it is not as its format has it".to_owned();
+    }
+    message
 }
 
 /// Decoders' messages may quote the file.

@@ -10,7 +10,7 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::decode::{Decoded, one_line, roomy};
+use super::decode::{Decoded, one_line, plain, roomy};
 use super::{PictureError, PictureLimits};
 
 /// Decodes a JPEG of gray, color or four inks.
@@ -32,6 +32,7 @@ pub(super) fn decode(
     }
     let options =
         DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX);
+    refuse_large(&bytes, limits)?;
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes.as_slice()), options);
     decoder.decode_headers().map_err(fault)?;
     let (Some((width, height)), Some(stored)) = (decoder.dimensions(), decoder.input_colorspace()) else {
@@ -69,7 +70,7 @@ pub(super) fn decode(
     };
     let mut picture = picture.ok_or_else(|| PictureError::Damaged("it has another size".to_owned()))?;
     picture.apply_orientation(orientation.unwrap_or(Orientation::NoTransforms));
-    Ok(Decoded { picture, are_inks: channels == 4, profile, size, notes: Vec::new() })
+    Ok(Decoded { picture, are_inks: channels == 4, profile, encoding: None, size, notes: Vec::new() })
 }
 
 /// Y, Cb and Cr of four inks become cyan, magenta and yellow, all stored as 255 for no ink.
@@ -88,27 +89,49 @@ pub(super) fn fault(error: DecodeErrors) -> PictureError {
         DecodeErrors::Unsupported(scheme) => PictureError::Unsupported(one_line(&format!("{scheme:?}"))),
         DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_) => PictureError::Truncated,
         DecodeErrors::ZeroError => PictureError::Empty,
-        other => PictureError::Damaged(one_line(&format!("{other:?}"))),
+        DecodeErrors::Format(why) => PictureError::Damaged(plain(&why)),
+        DecodeErrors::FormatStatic(why) => PictureError::Damaged(plain(why)),
+        other => PictureError::Damaged(plain(&format!("{other:?}"))),
     }
+}
+
+/// Refuses a file whose frame claims more pixels than the limits allow, even if the file ends there.
+///
+/// # Errors
+/// It does.
+pub(super) fn refuse_large(bytes: &[u8], limits: &PictureLimits) -> Result<(), PictureError> {
+    // Frames of every kind, but not tables of Huffman and arithmetic codes.
+    let is_frame = |code| matches!(code, 0xc0..=0xcf) && !matches!(code, 0xc4 | 0xc8 | 0xcc);
+    let Some(&[_, _, _, h0, h1, w0, w1, ..]) = segment(bytes, is_frame) else { return Ok(()) };
+    let [width, height] = [[w0, w1], [h0, h1]].map(|side| u32::from(u16::from_be_bytes(side)));
+    if u64::from(width) * u64::from(height) > limits.pixels {
+        return Err(PictureError::TooLarge { width, height, most: limits.pixels });
+    }
+    Ok(())
 }
 
 /// Whether the end marker comes, that of a preview within a segment not counted.
 fn is_complete(bytes: &[u8]) -> bool {
+    segment(bytes, |code| code == 0xd9).is_some()
+}
+
+/// What follows the first marker that is looked for, those within segments not counted.
+fn segment(bytes: &[u8], is_wanted: impl Fn(u8) -> bool) -> Option<&[u8]> {
     let mut at = 2;
     while let Some(&[marker, code]) = bytes.get(at..at + 2) {
         match (marker, code) {
-            (0xff, 0xd9) => return true,
+            (0xff, code) if is_wanted(code) => return bytes.get(at + 2..),
             // Fill bytes.
             (0xff, 0xff) => at += 1,
             // Markers without a length: stuffing, restarts.
             (0xff, 0x00 | 0x01 | 0xd0..=0xd8) => at += 2,
             (0xff, _) => {
-                let Some(&[high, low]) = bytes.get(at + 2..at + 4) else { return false };
+                let Some(&[high, low]) = bytes.get(at + 2..at + 4) else { return None };
                 at += 2 + usize::from(u16::from_be_bytes([high, low])).max(2);
             }
             // Coded data, and stray bytes between segments.
             _ => at += 1,
         }
     }
-    false
+    None
 }

@@ -4,9 +4,13 @@
 //! moxcms at their nodes and interpolated here, since its own interpolation depends on the processor.
 
 use girtin_optics::color::decode_srgb;
-use moxcms::{CmsError, ColorProfile, DataColorSpace, Layout, Matrix3d, ToneReprCurve, TransformOptions};
+use moxcms::{
+    Chromaticity, CmsError, ColorPrimaries, ColorProfile, DataColorSpace, Layout, Matrix3d, ToneReprCurve,
+    TransformOptions,
+};
 
 use super::decode::INKS;
+use super::png_head::Encoding;
 
 /// A way from stored values, 0 to 1, to linear sRGB.
 pub(super) enum ToLight {
@@ -31,10 +35,17 @@ const DECODED: usize = 4096;
 
 impl ToLight {
     /// The way for a picture of values from 0 to `white`, and a note if the profile was of no use.
-    pub(super) fn of(profile: Option<&[u8]>, channels: Channels, white: usize) -> (Self, Option<String>) {
+    pub(super) fn of(
+        profile: Option<&[u8]>,
+        encoding: Option<&Encoding>,
+        channels: Channels,
+        white: usize,
+    ) -> (Self, Option<String>) {
         let fallback = || match channels {
             Channels::Inks => Self::Inks { curve: table(white, |value| decode_srgb(value) as f32) },
-            Channels::Gray | Channels::Color => Self::srgb(white),
+            Channels::Gray | Channels::Color => {
+                encoding.map_or_else(|| Self::srgb(white), |encoding| Self::encoded(encoding, white))
+            }
         };
         let Some(profile) = profile else {
             return (fallback(), (channels == Channels::Inks).then(|| INKS.to_owned()));
@@ -49,6 +60,27 @@ impl ToLight {
     fn srgb(white: usize) -> Self {
         let curve = table(white, |value| decode_srgb(value) as f32);
         Self::Curves { curves: [curve.clone(), curve.clone(), curve], matrix: None }
+    }
+
+    /// Through the numbers that a file gives. Numbers that make no sense count for nothing.
+    fn encoded(encoding: &Encoding, white: usize) -> Self {
+        // Most who write 1/2.2 mean sRGB, whose curve it is about.
+        let gamma =
+            encoding.gamma.filter(|gamma| (0.1..=10.0).contains(gamma) && (gamma * 2.2 - 1.0).abs() > 0.01);
+        let curve = table(white, |value| match gamma {
+            Some(gamma) => libm::pow(value, 1.0 / gamma) as f32,
+            None => decode_srgb(value) as f32,
+        });
+        let matrix = encoding.primaries.filter(are_colors).and_then(|primaries| {
+            let [white, red, green, blue] = primaries.map(|[x, y]| Chromaticity::new(x as f32, y as f32));
+            let mut profile = ColorProfile::new_srgb();
+            profile.update_rgb_colorimetry(white.to_xyyb(), ColorPrimaries { red, green, blue });
+            white_kept(&profile.transform_matrix(&ColorProfile::new_srgb()))
+        });
+        Self::Curves {
+            curves: [curve.clone(), curve.clone(), curve],
+            matrix: matrix.filter(|rows| !is_unit(rows)),
+        }
     }
 
     fn through(profile: &[u8], channels: Channels, white: usize) -> Result<Self, String> {
@@ -84,8 +116,8 @@ impl ToLight {
         // Most profiles are sRGB's own, and then a picture with it is the picture without.
         let srgb = table(white, |value| decode_srgb(value) as f32);
         let is_near = |a: f32, b: f32| (a - b).abs() < NEAR;
-        let is_srgb = curves.iter().flatten().zip(srgb.iter().cycle()).all(|(&a, &b)| is_near(a, b))
-            && (0..9).all(|i| is_near(rows[i / 3][i % 3], f32::from(u8::from(i / 3 == i % 3))));
+        let is_srgb =
+            curves.iter().flatten().zip(srgb.iter().cycle()).all(|(&a, &b)| is_near(a, b)) && is_unit(&rows);
         Ok(if is_srgb { Self::srgb(white) } else { Self::Curves { curves, matrix: Some(rows) } })
     }
 
@@ -104,6 +136,18 @@ impl ToLight {
             }
         }
     }
+}
+
+/// Whether white, red, green and blue are colors, and the last three not on one line.
+fn are_colors(primaries: &[[f64; 2]; 4]) -> bool {
+    let [_, [rx, ry], [gx, gy], [bx, by]] = *primaries;
+    let area = (gx - rx) * (by - ry) - (bx - rx) * (gy - ry);
+    primaries.iter().all(|[_, y]| *y > 0.0) && area.abs() > 0.01
+}
+
+/// Whether colors stay what they are.
+fn is_unit(rows: &[[f32; 3]; 3]) -> bool {
+    (0..9).all(|i| (rows[i / 3][i % 3] - f32::from(u8::from(i / 3 == i % 3))).abs() < NEAR)
 }
 
 /// Least difference of light or of a matrix's number that matters: half a level of 8 bits in middle gray.

@@ -82,6 +82,12 @@ pub enum PictureError {
     /// There is no memory for it.
     #[error(transparent)]
     NoRoom(#[from] NoRoom),
+    /// It is a picture in color where a mask is wanted.
+    #[error("it is a picture in color, not a mask: {percent} % of it are colored")]
+    Colored {
+        /// How much of it is.
+        percent: u64,
+    },
     /// A pixel is no number.
     #[error("the picture's pixel {x}, {y} is not a finite number")]
     NotFinite {
@@ -105,6 +111,9 @@ impl PictureError {
                 Some("the file may be incomplete: save or copy it again")
             }
             Self::TooLarge { .. } | Self::Memory { .. } | Self::NoRoom(_) => Some("reduce the picture first"),
+            Self::Colored { .. } => {
+                Some("save it in shades of gray: white where it is meant, black elsewhere")
+            }
             Self::NotFinite { .. } => Some("fill holes before saving, or save it as a PNG of 16 bits"),
             Self::Read(_) | Self::Empty => None,
         }

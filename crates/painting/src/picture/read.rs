@@ -4,11 +4,12 @@ use std::io::{Read, Seek};
 
 use girtin_grid::Raster;
 use girtin_optics::LinearRgb;
-use image::{DynamicImage, ImageBuffer, Pixel};
+use image::{DynamicImage, GenericImageView, ImageBuffer, Pixel};
 use rayon::prelude::*;
 
 use super::decode::{Decoded, decoded};
 use super::light::{Channels, ToLight};
+use super::png_head::Encoding;
 use super::{PictureError, PictureLimits};
 
 /// A picture as light.
@@ -30,9 +31,30 @@ pub struct Photo {
 /// # Errors
 /// The format is not read, the file is damaged, or the picture is larger than `limits`.
 pub fn read_grey(reader: impl Read + Seek, limits: &PictureLimits) -> Result<Raster<f32>, PictureError> {
+    gray(reader, limits, false)
+}
+
+/// Reads a mask as [`read_grey`] does, and refuses a picture in color: somebody has taken the wrong file.
+///
+/// Gray pictures may be stored as color, and a hundredth of one may be colored.
+///
+/// # Errors
+/// As [`read_grey`], or it is a picture in color.
+pub fn read_mask(reader: impl Read + Seek, limits: &PictureLimits) -> Result<Raster<f32>, PictureError> {
+    gray(reader, limits, true)
+}
+
+fn gray(
+    reader: impl Read + Seek,
+    limits: &PictureLimits,
+    is_mask: bool,
+) -> Result<Raster<f32>, PictureError> {
     let Decoded { mut picture, are_inks, .. } = decoded(reader, None, limits, size_of::<f32>())?;
     if are_inks {
         picture = unseparated(picture);
+    }
+    if is_mask {
+        refuse_colored(&picture)?;
     }
     match &picture {
         DynamicImage::ImageLuma8(pixels) => grey(pixels, 255.0),
@@ -66,9 +88,10 @@ pub fn read_photo(
     limits: &PictureLimits,
     paper: LinearRgb,
 ) -> Result<Photo, PictureError> {
-    let Decoded { picture, are_inks, profile, size, mut notes } =
+    let Decoded { picture, are_inks, profile, encoding, size, mut notes } =
         decoded(reader, ending, limits, size_of::<[f32; 3]>())?;
-    let told = Told { profile: profile.as_deref(), are_inks, paper: paper.0.map(|light| light as f32) };
+    let told =
+        Told { profile: profile.as_deref(), encoding, are_inks, paper: paper.0.map(|light| light as f32) };
     let (pixels, note) = match &picture {
         DynamicImage::ImageLuma8(pixels) => told.light(pixels, 255),
         DynamicImage::ImageLumaA8(pixels) => told.light(pixels, 255),
@@ -91,6 +114,7 @@ fn unsupported(picture: &DynamicImage) -> PictureError {
 /// What a file tells of its pixels, and what they lie on.
 struct Told<'a> {
     profile: Option<&'a [u8]>,
+    encoding: Option<Encoding>,
     are_inks: bool,
     paper: [f32; 3],
 }
@@ -111,7 +135,7 @@ impl Told<'_> {
             1 | 2 => Channels::Gray,
             _ => Channels::Color,
         };
-        let (way, note) = ToLight::of(self.profile, channels, white);
+        let (way, note) = ToLight::of(self.profile, self.encoding.as_ref(), channels, white);
         let pixel = |stored: &[P::Subpixel]| {
             let (stored, alpha) = match *stored {
                 [l] => ([l.into(); 4], white),
@@ -139,6 +163,21 @@ impl Told<'_> {
         });
         (raster, note)
     }
+}
+
+/// Least difference of channels that is color, as bytes: less is a tint, or a lossy format's doing.
+const COLORED: u8 = 32;
+
+/// # Errors
+/// More than a hundredth of the pixels is colored.
+fn refuse_colored(picture: &DynamicImage) -> Result<(), PictureError> {
+    if !picture.color().has_color() {
+        return Ok(());
+    }
+    let is_colored = |[r, g, b, a]: [u8; 4]| a >= COLORED && r.max(g).max(b) - r.min(g).min(b) >= COLORED;
+    let colored = picture.pixels().filter(|(_, _, pixel)| is_colored(pixel.0)).count() as u64;
+    let percent = 100 * colored / (u64::from(picture.width()) * u64::from(picture.height())).max(1);
+    if percent > 0 { Err(PictureError::Colored { percent }) } else { Ok(()) }
 }
 
 /// Colors of four inks as if each took its part of red, green or blue, and black of all.

@@ -13,7 +13,8 @@ use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-use super::decode::{HEAD, of_header, picture_error};
+use super::claim::refuse_large;
+use super::decode::{HEAD, head_error, of_header, picture_error};
 use super::kind::{self, Kind};
 use super::{PictureError, PictureLimits, jpeg};
 
@@ -29,6 +30,7 @@ pub fn read_size(
     let mut head = Vec::new();
     reader.by_ref().take(HEAD).read_to_end(&mut head).map_err(PictureError::Read)?;
     let kind = kind::of(&head, ending)?;
+    refuse_large(kind, &head, limits)?;
     if kind == Kind::Tiff {
         kind::refuse_raw(&mut reader)?;
     }
@@ -36,7 +38,10 @@ pub fn read_size(
     let reader = BufReader::new(reader);
     let measured = match kind {
         Kind::Jpeg => return of_jpeg(reader, limits),
-        Kind::Png => PngDecoder::with_limits(reader, of_header(limits)).and_then(upright),
+        Kind::Png => {
+            let decoder = PngDecoder::with_limits(reader, of_header(limits));
+            return within(decoder.and_then(upright).map_err(|error| head_error(error, limits))?, limits);
+        }
         Kind::WebP => WebPDecoder::new(reader).and_then(upright),
         Kind::Tiff => TiffDecoder::new(reader).and_then(upright),
         Kind::Gif => GifDecoder::new(reader).and_then(upright),
@@ -63,6 +68,7 @@ fn of_jpeg(reader: impl Read, limits: &PictureLimits) -> Result<(u32, u32), Pict
     reader.take(limits.decoder_bytes).read_to_end(&mut bytes).map_err(PictureError::Read)?;
     let options =
         DecoderOptions::default().set_strict_mode(false).set_max_width(usize::MAX).set_max_height(usize::MAX);
+    jpeg::refuse_large(&bytes, limits)?;
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes.as_slice()), options);
     decoder.decode_headers().map_err(jpeg::fault)?;
     let Some((width, height)) = decoder.dimensions() else {

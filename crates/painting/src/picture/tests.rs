@@ -52,6 +52,26 @@ fn colors_become_luma_and_holes_paper() {
 }
 
 #[test]
+fn a_mask_is_gray_however_it_is_stored() {
+    let mask = |bytes: &[u8]| read_mask(Cursor::new(bytes), &PictureLimits::default());
+    let ramp = GrayImage::from_fn(16, 16, |x, y| image::Luma([(x + 16 * y) as u8]));
+    for format in [ImageFormat::Png, ImageFormat::Jpeg] {
+        let stored = encoded(DynamicImage::from(ramp.clone()).to_rgb8(), format);
+        assert_eq!(mask(&stored).unwrap(), read(&stored).unwrap());
+    }
+    // A stray pixel, and colors that are not seen.
+    let mut few = DynamicImage::from(ramp).to_rgba8();
+    few.put_pixel(3, 3, Rgba([255, 0, 0, 255]));
+    few.put_pixel(4, 4, Rgba([255, 0, 0, 0]));
+    few.put_pixel(5, 4, Rgba([255, 0, 0, 0]));
+    few.put_pixel(6, 4, Rgba([255, 0, 0, 0]));
+    assert!(mask(&encoded(few, ImageFormat::Png)).is_ok());
+    let error = mask(&encoded(colors(9, 7), ImageFormat::Png)).unwrap_err();
+    assert!(matches!(error, PictureError::Colored { .. }), "{error}");
+    assert!(error.hint().is_some());
+}
+
+#[test]
 fn palettes_and_single_bits_are_read() {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 1);

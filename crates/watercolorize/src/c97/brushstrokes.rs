@@ -70,6 +70,8 @@ pub struct GlazeTask<'a> {
     pub lifts: &'a [(NamedMap, f64)],
     /// Wanted pigment in each cell.
     pub target: &'a Raster<f32>,
+    /// Where another matte's paint lies beside this one's.
+    pub seam: &'a Raster<bool>,
     /// How the pigment behaves.
     pub handling: PigmentHandling,
     /// Physics.
@@ -127,6 +129,7 @@ pub enum PlanError {
 /// hold what a grey picture stores before they are used (`painting_the_document_again_is_the_same`).
 ///
 /// # Deviations
+/// W7: where mattes lie side by side, pigment that piled up along the seam is picked up once it is dry.
 /// W4, W5: the paper does not say what a glaze begins with. Here the matte is wetted, and a first wash laid of the low-passed
 /// target; `first_share` 0 begins with clear water.
 ///
@@ -157,12 +160,16 @@ pub fn paint_glaze(task: &GlazeTask<'_>, config: &RunConfig<'_>) -> Result<Paint
         }
     }
     brush.dry();
+    brush.pick_up_bead(&low_pass(task.target, &wet, sigma));
     for ((name, map), fraction) in task.lifts {
         let highlight = brush.map(name.clone(), map);
         brush.lift(&highlight, *fraction);
     }
     Ok(PaintedPlan { left: brush.pigment(), events: brush.events, maps: brush.maps, looks })
 }
+
+/// Times as much pigment as is wanted that may stay along a seam.
+const RIM: f32 = 1.2;
 
 /// Mean size of the values where the mask is 1; 0 of none.
 fn mean_size(values: &Raster<f32>, mask: &Raster<f32>) -> f64 {
@@ -286,6 +293,20 @@ impl<'a> Brush<'a> {
             let part = wanted.map(|wanted| (f64::from(wanted) / amount) as f32);
             let at = self.own_map("first", StoredMap::words(&part));
             self.lay_pigment(&at, amount);
+        }
+    }
+
+    /// Picks up what the seam has of pigment beyond a rim: two beads side by side would be a dark line that is in no picture.
+    fn pick_up_bead(&mut self, wanted: &Raster<f32>) {
+        let mut part = self.pigment();
+        let cells = part.as_mut_slice().iter_mut().zip(wanted.as_slice()).zip(self.task.seam.as_slice());
+        for ((part, wanted), is_seam) in cells {
+            let most = RIM * wanted;
+            *part = if *is_seam && *part > most { 1.0 - most / *part } else { 0.0 };
+        }
+        if part.as_slice().iter().any(|part| *part > 0.0) {
+            let at = self.own_map("bead", StoredMap::words(&part));
+            self.lift(&at, 1.0);
         }
     }
 

@@ -12,6 +12,7 @@ pub mod glazes_file;
 pub mod thickness_steps;
 pub mod separation;
 pub mod target_glaze;
+mod seams;
 mod stretch;
 mod low_pass;
 pub mod brushstrokes;

@@ -12,6 +12,7 @@ use girtin_paper::{HeightSource, Sheet};
 use girtin_wash::{RunConfig, RunError, StateError};
 
 use super::brushstrokes::{GlazeTask, Look, NamedMap, PlanError, paint_glaze};
+use super::seams::Seams;
 use super::stretch::stretched;
 use super::target_glaze::WETTED;
 use super::{ColorSeparation, GlazesFile, MatteGlazes, TooManyStacks, target_glazes};
@@ -239,8 +240,10 @@ fn watercolorize_here(request: &C97Request<'_>, config: &C97Config<'_>) -> Resul
     let cells_per_mm = document.cells_per_mm();
     let paper_height = Sheet::new(paper, sheet.seed).height_field(width, height, cells_per_mm, [0.0, 0.0]);
     let canvas = Canvas::whole(&paper_height, cells_per_mm, sheet.seed);
+    let seams = Seams::new(&glazes.mattes, &mattes, width, height);
     let mut work = Work {
         request,
+        seams: &seams,
         config,
         canvas,
         done: 0,
@@ -303,6 +306,7 @@ fn meets(highlight: &Raster<f32>, matte: &Raster<f32>) -> bool {
 /// A painting in the making.
 struct Work<'a> {
     request: &'a C97Request<'a>,
+    seams: &'a Seams,
     config: &'a C97Config<'a>,
     canvas: Canvas<'a>,
     done: u64,
@@ -342,6 +346,7 @@ impl Work<'_> {
         )
         .ok_or(C97Error::Cancelled)?;
         let map = (format!("{:02}-{}-wet.png", at + 1, matte.name), StoredMap::words(&matte.coverage));
+        let seam = self.seams.of(at);
         for (layer, (pigment, target)) in pigments.iter().zip(targets).enumerate() {
             let prefix = format!("{:02}-{}-{}-{}", at + 1, matte.name, layer + 1, pigment.id);
             let height = self.canvas.height;
@@ -351,6 +356,7 @@ impl Work<'_> {
                 matte: &map,
                 lifts,
                 target: &on_canvas,
+                seam: &seam,
                 handling: handling_of(pigment),
                 model: glazes.model,
                 planning: glazes.planning,

@@ -3,7 +3,7 @@
 //! Curtis et al. 1997 had their mattes made by hand in a paint program, §6.2; these are made from the picture alone.
 //! In the order data flows:
 //! - [`merge`]: neighbouring patches become regions, the most alike first;
-//! - [`mod@color_name`]: a word for a region's color;
+//! - [`mod@color_name`], [`mod@place_name`]: words for a region's color and for where it lies;
 //! - [`soften`]: regions of a reduced picture become mattes of the whole one, with edges that follow its colors.
 
 use girtin_grid::Raster;
@@ -15,10 +15,12 @@ use crate::superpixels::{LabPixel, SuperpixelConfig, superpixels};
 
 pub mod merge;
 pub mod color_name;
+pub mod place_name;
 pub mod soften;
 
 use color_name::color_name;
 use merge::merge;
+use place_name::place_name;
 use soften::{coverage, reduced};
 
 /// A region of a picture.
@@ -110,11 +112,14 @@ impl MattePlan {
         let patches = superpixels(&weighted, &config);
         let (regions, count) = merge(&weighted, &patches, params);
         let (regions, means) = by_area(&regions, count, &colors);
-        let names = means.iter().enumerate().map(|(at, mean)| format!("{:02}-{}", at + 1, color_name(*mean)));
+        let names = means
+            .iter()
+            .enumerate()
+            .map(|(at, mean)| format!("{:02}-{}-{}", at + 1, place_name(mean.place), color_name(mean.color)));
         Self { names: names.collect(), regions, colors, edge_color: params.edge_color }
     }
 
-    /// Names of the mattes: their order by area, and a word for their color.
+    /// Names of the mattes: their order by area, and words for where they lie and for their color, `03-top-dark-blue`.
     pub fn names(&self) -> &[String] {
         &self.names
     }
@@ -148,13 +153,24 @@ fn lab_pixel(color: LinearRgb) -> LabPixel {
     [l as f32, a as f32, b as f32]
 }
 
-/// Regions numbered by falling area, of equals the first in reading order, and the mean color of each.
-fn by_area(regions: &Raster<u32>, count: usize, colors: &Raster<LabPixel>) -> (Raster<u32>, Vec<Lab>) {
+/// Means over a region.
+struct Means {
+    color: Lab,
+    /// Parts of the picture's width and height.
+    place: [f64; 2],
+}
+
+/// Regions numbered by falling area, of equals the first in reading order, and the means of each.
+fn by_area(regions: &Raster<u32>, count: usize, colors: &Raster<LabPixel>) -> (Raster<u32>, Vec<Means>) {
+    let (width, height) = (regions.width(), regions.height());
     let mut sums = vec![([0.0f64; 3], 0u64); count];
-    for (&region, color) in regions.as_slice().iter().zip(colors.as_slice()) {
+    let mut places = vec![[0u64; 2]; count];
+    for (at, (&region, color)) in regions.as_slice().iter().zip(colors.as_slice()).enumerate() {
         let (sum, pixels) = &mut sums[region as usize];
         sum.iter_mut().zip(color).for_each(|(sum, &channel)| *sum += f64::from(channel));
         *pixels += 1;
+        let place = &mut places[region as usize];
+        place.iter_mut().zip([at % width, at / width]).for_each(|(sum, at)| *sum += at as u64);
     }
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by_key(|&region| std::cmp::Reverse(sums[region].1));
@@ -162,8 +178,10 @@ fn by_area(regions: &Raster<u32>, count: usize, colors: &Raster<LabPixel>) -> (R
     order.iter().enumerate().for_each(|(at, &region)| rank[region] = at as u32);
     let mean = |&region: &usize| {
         let (sum, pixels) = sums[region];
-        let [l, a, b] = sum.map(|sum| sum / pixels.max(1) as f64);
-        Lab { l, a, b }
+        let pixels = pixels.max(1) as f64;
+        let [l, a, b] = sum.map(|sum| sum / pixels);
+        let [x, y] = places[region].map(|sum| sum as f64 / pixels + 0.5);
+        Means { color: Lab { l, a, b }, place: [x / width as f64, y / height as f64] }
     };
     (regions.map(|region| rank[region as usize]), order.iter().map(mean).collect())
 }

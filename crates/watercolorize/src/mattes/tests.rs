@@ -29,7 +29,7 @@ fn four_quarters_are_four_mattes() {
     let found = mattes(&quarters(120, 80), &MattesParams::default());
     let mut names: Vec<&str> = found.iter().map(|matte| &matte.name[3..]).collect();
     names.sort_unstable();
-    assert_eq!(names, ["green", "light-blue", "red", "yellow"]);
+    assert_eq!(names, ["bottom-left-green", "bottom-right-red", "top-left-light-blue", "top-right-yellow"]);
     for matte in &found {
         let area: f32 = matte.coverage.as_slice().iter().sum();
         assert!((area - 2400.0).abs() < 60.0, "{}: {area}", matte.name);
@@ -76,7 +76,7 @@ fn every_size_and_any_color_works() {
     }
     assert!(mattes(&Raster::new(0, 0, LinearRgb::WHITE), &MattesParams::default()).is_empty());
     let flat = mattes(&Raster::new(50, 40, LinearRgb::WHITE), &MattesParams::default());
-    assert_eq!((flat.len(), flat[0].name.as_str()), (1, "01-white"));
+    assert_eq!((flat.len(), flat[0].name.as_str()), (1, "01-middle-white"));
     let odd = Raster::from_fn(30, 30, |x, _| LinearRgb([f64::NAN, x as f64, -3.0]));
     assert!(worst_sum(&mattes(&odd, &MattesParams::default())) < 1e-6);
 }

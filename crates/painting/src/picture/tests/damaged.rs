@@ -127,6 +127,38 @@ fn a_bomb_is_refused_before_anything_is_decoded() {
 }
 
 #[test]
+fn a_bomb_that_is_only_a_head_is_a_bomb() {
+    for (format, bytes) in bombs() {
+        // A frame of a JPEG comes after its tables; the head of a TIFF is at its end.
+        let end = match format {
+            "png" | "bmp" | "webp" | "lossy webp" => 33,
+            "gif" => 13,
+            "tiff" => bytes.len(),
+            _ => bytes.windows(2).position(|window| matches!(window, [0xff, 0xc0 | 0xc2])).unwrap() + 12,
+        };
+        let bytes = &bytes[..end.min(bytes.len())];
+        let limits = PictureLimits::of_photo(PictureLimits::PHOTO_PIXELS);
+        let size = read_size(Cursor::new(bytes), None, &limits).unwrap_err();
+        for error in [seen(bytes).unwrap_err(), size] {
+            assert!(matches!(error, PictureError::TooLarge { .. }), "{format}: {error}");
+        }
+    }
+}
+
+#[test]
+fn damage_is_said_in_plain_language() {
+    for (format, bytes) in files() {
+        for at in 8..bytes.len() {
+            let mut damaged = bytes.clone();
+            damaged[at] ^= 0x55;
+            let Err(PictureError::Damaged(said)) = seen(&damaged) else { continue };
+            let insides = ["CRC", "ChunkType", "0x", "{", "(", "\""];
+            assert!(!insides.iter().any(|word| said.contains(word)), "{format}: {said}");
+        }
+    }
+}
+
+#[test]
 fn limits_are_exact() {
     let bytes = encoded(GrayImage::new(64, 64), ImageFormat::Png);
     let limits = |pixels| PictureLimits { pixels, ..PictureLimits::default() };

@@ -56,6 +56,47 @@ fn a_progressive_jpeg_and_a_lossy_webp_are_near() {
     }
 }
 
+/// A PNG of one pixel that says how its values mean light.
+fn png_that_says(pixel: [u8; 3], say: impl Fn(&mut png::Encoder<&mut Vec<u8>>)) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 1, 1);
+    encoder.set_color(png::ColorType::Rgb);
+    say(&mut encoder);
+    encoder.write_header().unwrap().write_image_data(&pixel).unwrap();
+    bytes
+}
+
+#[test]
+fn a_png_s_own_numbers_are_honored_unless_it_names_a_space() {
+    let scaled = png::ScaledFloat::new;
+    let pixel = [128, 64, 200];
+    let values = pixel.map(|value| f64::from(value) / 255.0);
+    let photo = |say: &dyn Fn(&mut png::Encoder<&mut Vec<u8>>)| {
+        let photo = seen(&png_that_says(pixel, say)).unwrap();
+        assert!(photo.notes.is_empty(), "{:?}", photo.notes);
+        photo.pixels.at(0, 0)
+    };
+    assert_near(photo(&|png| png.set_source_gamma(scaled(1.0))), values, 1e-6);
+    assert_near(photo(&|png| png.set_source_gamma(scaled(0.5))), values.map(|value| value * value), 1e-6);
+    // What those write who mean sRGB.
+    assert_near(photo(&|png| png.set_source_gamma(scaled(0.45455))), light(values), 1e-6);
+    let named = photo(&|png| {
+        png.set_source_gamma(scaled(1.0));
+        png.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    });
+    assert_near(named, light(values), 1e-6);
+    let primaries = |white, red, green, blue| png::SourceChromaticities::new(white, red, green, blue);
+    let srgb = primaries((0.3127, 0.329), (0.64, 0.33), (0.3, 0.6), (0.15, 0.06));
+    assert_near(photo(&|png| png.set_source_chromaticities(srgb)), light(values), 1e-6);
+    // Of P3 as its profile says, whose matrix is rounded.
+    let wide = primaries((0.3127, 0.329), (0.68, 0.32), (0.265, 0.69), (0.15, 0.06));
+    let [r, g, b] = light(values);
+    let wanted = [1.2249 * r - 0.2247 * g, -0.0420 * r + 1.0419 * g, -0.0197 * r - 0.0786 * g + 1.0979 * b];
+    assert_near(photo(&|png| png.set_source_chromaticities(wide)), wanted, 2e-3);
+    let senseless = primaries((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.0, 0.0));
+    assert_near(photo(&|png| png.set_source_chromaticities(senseless)), light(values), 1e-6);
+}
+
 #[test]
 fn sixteen_bits_stay_sixteen() {
     let picture = image::ImageBuffer::from_fn(2, 1, |x, _| image::Rgb([0x1234 + x as u16, 0x8000, 0xffff]));

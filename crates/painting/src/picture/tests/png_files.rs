@@ -5,6 +5,16 @@ use proptest::prelude::*;
 
 use super::*;
 
+#[test]
+fn words_of_a_png_are_found() {
+    let mut bytes = Vec::new();
+    let meta = PictureMeta { pixels_per_mm: None, text: vec![("Seed".to_owned(), "7".to_owned())] };
+    write_grey_png(&mut bytes, &Raster::new(2, 2, 9), &meta).unwrap();
+    let word = |keyword| read_png_word(Cursor::new(&bytes), keyword);
+    assert_eq!((word("Seed").as_deref(), word("Sead")), (Some("7"), None));
+    assert_eq!(read_png_word(Cursor::new(b"no picture"), "Seed"), None);
+}
+
 pub(super) fn meta() -> PictureMeta {
     let text = [("Software", "girtin 0.1.0"), ("girtin:seed", "7"), ("Title", "Kirkstall — œuvre")];
     PictureMeta {
