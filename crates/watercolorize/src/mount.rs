@@ -60,7 +60,7 @@ pub struct Mount {
     pub photo: [usize; 2],
     /// Width and height of the sheet, mm.
     pub size_mm: [f64; 2],
-    /// How much is cut off on each side, mm.
+    /// How much is cut off on each side, mm, if a pixel were as small as can be; see [`Mount::trim_mm_at`].
     pub trim_mm: f64,
 }
 
@@ -86,6 +86,15 @@ impl Mount {
         }
     }
 
+    /// How much is cut off on each side, mm, of a picture of so many pixels a millimetre: a margin is whole pixels, so that
+    /// it is as wide on every side and the photograph's border lies between pixels.
+    pub fn trim_mm_at(&self, pixels_per_mm: f64) -> f64 {
+        let margin_mm = self.origin as f64 / self.cells_per_mm - self.trim_mm;
+        // A hair more, as products of whole pixels are rounded.
+        let pixels = (margin_mm * pixels_per_mm + 1e-6).floor();
+        (self.trim_mm + margin_mm - pixels / pixels_per_mm).max(0.0)
+    }
+
     /// The sheet of a document, its picture so many pixels along the photograph's long edge.
     pub fn sheet(&self, mounting: &Mounting, paper: &str, seed: u64, long_edge: u32) -> SheetSettings {
         let pixels_per_mm = f64::from(long_edge) / mounting.long_edge_mm;
@@ -100,7 +109,7 @@ impl Mount {
             pixels_per_mm,
             cells_per_pixel: samples as u32,
             cells_per_mm: Some(self.cells_per_mm),
-            trim_mm: self.trim_mm,
+            trim_mm: self.trim_mm_at(pixels_per_mm),
             relief_mm: 0.0,
         }
     }
@@ -171,6 +180,33 @@ mod tests {
             let per_mm = pixels[0].max(pixels[1]) as f64 / mounting.long_edge_mm;
             let seen = mount.size_mm.map(|mm| ((mm - 2.0 * mount.trim_mm) * per_mm).round() as usize);
             assert_eq!(seen, pixels);
+        }
+    }
+
+    #[test]
+    fn a_margin_is_as_many_whole_pixels_on_every_side() {
+        for (pixels, margin) in [
+            ([640, 427], 0.05),
+            ([1011, 763], 0.05),
+            ([48, 32], 0.1),
+            ([3264, 2448], 0.033),
+            ([16, 16], 0.05),
+        ] {
+            let mounting = Mounting { margin, ..Mounting::default() };
+            let mount = Mount::new(pixels, 640.0, &mounting);
+            let longest = pixels[0].max(pixels[1]);
+            let sheet = mount.sheet(&mounting, "fine-grain", 0, longest as u32);
+            let size =
+                sheet.size_mm.map(|mm| ((mm - 2.0 * sheet.trim_mm) * sheet.pixels_per_mm).round() as usize);
+            let around = [0, 1].map(|side: usize| size[side] - pixels[side]);
+            assert!(around[0] == around[1] && around[0] % 2 == 0, "{pixels:?}: {around:?}");
+            let first = (mount.origin as f64 / mount.cells_per_mm - sheet.trim_mm) * sheet.pixels_per_mm;
+            assert!((first - around[0] as f64 / 2.0).abs() < 1e-3, "{pixels:?}: begins at {first}");
+            let wanted = margin * longest as f64;
+            assert!(
+                (first - wanted).abs() < 1.0 + 0.5 * longest as f64 / 640.0,
+                "{pixels:?}: {first} for {wanted}"
+            );
         }
     }
 }

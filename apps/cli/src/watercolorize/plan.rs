@@ -66,7 +66,8 @@ impl Plan<'_> {
     /// Columns and rows of the picture.
     pub fn picture(&self) -> [usize; 2] {
         let mount = self.mount();
-        let seen = |mm: f64| (mm - 2.0 * mount.trim_mm) * self.pixels_per_mm();
+        let trim_mm = mount.trim_mm_at(self.pixels_per_mm());
+        let seen = |mm: f64| (mm - 2.0 * trim_mm) * self.pixels_per_mm();
         mount.size_mm.map(|mm| seen(mm).round().max(1.0) as usize)
     }
 
@@ -146,7 +147,7 @@ impl Plan<'_> {
             ),
         };
         let more = errand.more().into_iter().map(|(what, files)| format!("{what}: {}\n", files.join(", ")));
-        let seen = mount.size_mm.map(|mm| mm - 2.0 * mount.trim_mm);
+        let seen = self.picture().map(|side| side as f64 / self.pixels_per_mm());
         let [painting, developing] = self.seconds();
         format!(
             "photograph: {}, {} × {} pixels\npicture: {}, {width} × {height} pixels\n{}sheet: {:.1} × {:.1} mm of \
