@@ -51,9 +51,11 @@ impl Planner<'_> {
         let area = self.study.cells(1.0) * self.study.cells(1.0);
         let source = &self.study.abstractions[(plan.abstraction + 0.5) as usize];
         let steps = regions::steps(source, self.study.cells(0.008));
+        // A blurred edge is no wall, however far its sides are apart.
+        let hard = Raster::from_fn(width, height, |x, y| steps.at(x, y) * self.study.sharp.at(x, y));
         let walls = regions(
             source,
-            &steps,
+            &hard,
             &Finding {
                 scale: plan.scale,
                 least_cells: (plan.least_region * params.simplification * area) as usize,
@@ -71,6 +73,7 @@ impl Planner<'_> {
         wanted = Raster::from_fn(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
+            let flat = flat * (1.0 - 0.8 * smoothstep(steps.at(x, y), 8.0, 20.0));
             let wanted = mixed(wanted.at(x, y), even.at(x, y), flat);
             let left = if index > 0 { params.economy as f32 * freedom * (1.0 - exact) } else { 0.0 };
             mixed(wanted, under_lab.at(x, y), left.min(1.0))

@@ -81,7 +81,7 @@ parameters! {
             acts: Simulation, doc: "How much pigment gathers in the paper's hollows.", source: "custom; C97 §4.5",
         }
         slivers: f64 {
-            symbol: "", label: "White slivers", unit: "1", default: 0.8, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            symbol: "", label: "White slivers", unit: "1", default: 0.5, hard: (0.0, 5.0), soft: (0.0, 2.0),
             acts: Simulation, doc: "How much bare paper is left between shapes here and there.", source: "custom",
         }
         drybrush: f64 {

@@ -14,6 +14,9 @@ use crate::regions::{self, Finding, cleaned, regions, voted};
 use crate::separate::lab;
 use crate::settings::PhotoParams;
 
+/// Part of a step that is made within two cells, for an edge that counts as blurred and one that counts as sharp.
+const SHARP: [f32; 2] = [0.35, 0.6];
+
 /// Rasters of the sheet's cells.
 pub type Plane = Raster<f32>;
 /// Lab or linear colors of the sheet's cells.
@@ -34,6 +37,8 @@ pub struct Study<'a> {
     pub abstractions: Vec<Colors>,
     /// How exactly each cell is drawn, with the parameter in it; 0 to 1.
     pub exact: Plane,
+    /// How sharp the photograph's edges are around each cell, 0 for blurred ones to 1.
+    pub sharp: Plane,
     /// How rough the photograph is, 0 to 1.
     pub rough: Plane,
     /// How far inside the painting's border each cell is, cells.
@@ -78,6 +83,7 @@ impl<'a> Study<'a> {
             distance: mount.distance(),
             bare: Raster::new(mount.size[0], mount.size[1], 0),
             exact,
+            sharp: sharpness(&photo, &mount),
             photo,
             rough,
             inside,
@@ -177,7 +183,7 @@ impl<'a> Study<'a> {
             let chance = (chance.at(x, y) - 0.9).clamp(0.0, 1.2);
             let loose = smoothstep(-loose.at(x, y), -0.4, -0.08);
             let is_light = light.at(x, y)[0] > 45.0 && self.distance.at(x, y) < -self.cells(0.02) as f32;
-            u8::from(is_light && edges.at(x, y) < reach * chance * loose)
+            u8::from(is_light && edges.at(x, y) < reach * chance * loose * self.sharp.at(x, y))
         });
         let area = self.area(6e-5) as f32;
         cleaned(&there, &Raster::new(width, height, area), 0.0)
@@ -186,7 +192,9 @@ impl<'a> Study<'a> {
     /// How hard the photograph's edges are around each cell, 0 to 1.
     pub fn hardness(&self, steps: &Plane) -> Plane {
         let threshold = self.params.edge_threshold as f32;
-        let hard = gaussian_plane(steps, 1.0).map(|step| smoothstep(step, 8.0 * threshold, 26.0 * threshold));
+        let mut hard = gaussian_plane(steps, 1.0).map(|step| smoothstep(step, 8.0 * threshold, 26.0 * threshold));
+        let cells = hard.as_mut_slice().iter_mut().zip(self.sharp.as_slice());
+        cells.for_each(|(hard, sharp)| *hard *= sharp);
         // Spread, so that both sides of an edge know it.
         let wide = gaussian_plane(&hard, self.cells(0.004));
         wide.map(|hard| (2.6 * hard).min(1.0))
@@ -218,6 +226,30 @@ impl<'a> Study<'a> {
             (lines.at(x, y)[0] * pressure * there * 0.92).clamp(0.0, 1.0)
         })
     }
+}
+
+/// How sharp the edges of a Lab photograph are: how much of what it changes over a few cells it changes over two.
+fn sharpness(photo: &Colors, mount: &Mount) -> Plane {
+    let [near, far] = [2.0, mount.cells(0.011)].map(|distance| {
+        // Off an edge it is still that edge which is judged.
+        most_within(&regions::steps(photo, distance), mount.cells(0.006) as usize)
+    });
+    let sharp = Raster::from_fn(photo.width(), photo.height(), |x, y| {
+        smoothstep(near.at(x, y) / far.at(x, y).max(1.0), SHARP[0], SHARP[1])
+    });
+    gaussian_plane(&sharp, mount.cells(0.004))
+}
+
+/// The most of each cell and those up to `radius` from it, by squares.
+fn most_within(plane: &Plane, radius: usize) -> Plane {
+    let (width, height) = (plane.width(), plane.height());
+    let most = |values: &mut dyn Iterator<Item = f32>| values.fold(f32::NEG_INFINITY, f32::max);
+    let along = Raster::from_fn(width, height, |x, y| {
+        most(&mut plane.row(y)[x.saturating_sub(radius)..(x + radius + 1).min(width)].iter().copied())
+    });
+    Raster::from_fn(width, height, |x, y| {
+        most(&mut (y.saturating_sub(radius)..(y + radius + 1).min(height)).map(|y| along.at(x, y)))
+    })
 }
 
 /// Where the photograph is rough, and nothing exact: rock, foliage, rippled water. 0 to 1.
