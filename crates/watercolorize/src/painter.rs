@@ -155,7 +155,7 @@ impl<'a> Painter<'a> {
     fn new(request: &'a Request<'a>, stock: &'a Stock, watch: &'a Watch<'a>) -> Result<Self, PhotoError> {
         report(watch, Stage::Looking, 0.0)?;
         let (photo, params) = (request.photo, request.params);
-        let mount = Mount::new(request.pixels, f64::from(params.plan_cells), &request.mounting);
+        let mount = Mount::new(request.pixels, params.cells_for(request.pixels), &request.mounting);
         let mut document = document(request, &mount);
         let mut maps = MapChest::default();
         let mut sheet = document.resolve_sheet(stock, &maps)?;

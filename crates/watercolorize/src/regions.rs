@@ -275,12 +275,11 @@ fn voted_in_parts<L: Copy + PartialEq + Send + Sync>(
                         let y = (y + dy).saturating_sub(radius).min(height - 1);
                         for (dx, wx) in weights.iter().enumerate() {
                             let x = (x + dx).saturating_sub(radius).min(width - 1);
-                            let mut cast = |label: L, weight: f32| {
-                                match votes.iter_mut().find(|vote| vote.0 == label) {
+                            let mut cast =
+                                |label: L, weight: f32| match votes.iter_mut().find(|vote| vote.0 == label) {
                                     Some(vote) => vote.1 += weight,
                                     None => votes.push((label, weight)),
-                                }
-                            };
+                                };
                             let (other, part) =
                                 beside.map_or((labels.at(x, y), 0.0), |beside| beside.at(x, y));
                             cast(labels.at(x, y), wx * wy * (1.0 - part));

@@ -111,6 +111,11 @@ parameters! {
     }
 }
 
+/// Cells of the plan to a pixel of the photograph, at most.
+const CELLS_PER_PIXEL: f64 = 1.25;
+/// Cells along the long edge that even the smallest photograph is planned on, if the parameters allow.
+const LEAST_CELLS: f64 = 320.0;
+
 /// A preset: parameters, and what it takes besides.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Preset {
@@ -168,6 +173,12 @@ impl Preset {
 }
 
 impl PhotoParams {
+    /// Cells along the long edge that a photograph of so many pixels is planned on: a small one needs fewer.
+    pub fn cells_for(&self, pixels: [usize; 2]) -> f64 {
+        let longest = pixels[0].max(pixels[1]) as f64;
+        f64::from(self.plan_cells).min((CELLS_PER_PIXEL * longest).max(LEAST_CELLS))
+    }
+
     /// What fidelity makes of turbulence, economy and the like: 1 at its default, 0 at most, 2 at least.
     pub fn freedom(&self) -> f64 {
         2.0 * (1.0 - self.fidelity)

@@ -192,7 +192,8 @@ impl<'a> Study<'a> {
     /// How hard the photograph's edges are around each cell, 0 to 1.
     pub fn hardness(&self, steps: &Plane) -> Plane {
         let threshold = self.params.edge_threshold as f32;
-        let mut hard = gaussian_plane(steps, 1.0).map(|step| smoothstep(step, 8.0 * threshold, 26.0 * threshold));
+        let mut hard =
+            gaussian_plane(steps, 1.0).map(|step| smoothstep(step, 8.0 * threshold, 26.0 * threshold));
         let cells = hard.as_mut_slice().iter_mut().zip(self.sharp.as_slice());
         cells.for_each(|(hard, sharp)| *hard *= sharp);
         // Spread, so that both sides of an edge know it.

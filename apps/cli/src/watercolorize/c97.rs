@@ -198,7 +198,7 @@ impl Mattes {
         progress: &Progress,
         share: f64,
     ) -> Result<(Painting, C97Painting), Failure> {
-        let mount = Mount::new(material.size, f64::from(recipe.params.plan_cells), &recipe.mounting);
+        let mount = Mount::new(material.size, recipe.params.cells_for(material.size), &recipe.mounting);
         let mattes = self.files.iter().map(|(name, path)| {
             let coverage = mask(path, material.size)?;
             Ok(Matte { name: name.clone(), coverage: placed(&mount, recipe, &coverage) })

@@ -145,7 +145,11 @@ pub fn run(args: &WatercolorizeArgs, interrupt: &Interrupt) -> Result<(), Failur
     args.means.write.threads.install()?;
     args.check_names()?;
     let mut stock = args.stock.over(Stock::builtin())?;
-    let recipes = args.asked.recipes(&mut stock, args.size.contact_sheet)?;
+    let recipes = args.asked.recipes(
+        &mut stock,
+        args.size.contact_sheet,
+        args.size.contact_sheet || args.size.preview,
+    )?;
     let Some((output, inputs)) = args.paths.split_last().filter(|(_, inputs)| !inputs.is_empty()) else {
         return Err(Failure::usage("the painting's name is missing")
             .hint("such as `girtin watercolorize photo.jpg painting.png`"));

@@ -55,7 +55,7 @@ pub struct Plan<'a> {
 
 impl Plan<'_> {
     fn mount(&self) -> Mount {
-        Mount::new(self.photo, f64::from(self.recipe.params.plan_cells), &self.recipe.mounting)
+        Mount::new(self.photo, self.recipe.params.cells_for(self.photo), &self.recipe.mounting)
     }
 
     /// Pixels a millimetre.
