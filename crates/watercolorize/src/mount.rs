@@ -1,7 +1,7 @@
 //! The photograph on its sheet: where it lies, in millimetres and in cells, and how the painting ends around it.
 
 use girtin_grid::Raster;
-use girtin_grid::resize::resized;
+use girtin_grid::resize::{resized, resized_plane};
 use girtin_optics::{LinearRgb, Srgb};
 use girtin_painting::document::SheetSettings;
 
@@ -157,13 +157,38 @@ impl Mount {
                 -distance.at(x, y) + 0.0006 * s * bleeding.at(x, y)
             });
         }
-        let (long, short) = (noise("border, long", 0.035), noise("border, short", 0.009));
+        let long = noise("border, long", 0.035);
         let (wide, fine) = (noise("vignette, wide", 0.07), noise("vignette, fine", 0.02));
+        // Strokes lie across the sheet: a brush ends unevenly on both sides, and leaves streaks above and below.
+        let strokes = self.streaks(seed, "border, strokes", 0.0075);
+        let bristles = self.streaks(seed, "border, bristles", 0.0018);
+        let corners = self.rounded(0.022);
         Raster::from_fn(self.size[0], self.size[1], |x, y| {
-            let ragged = 0.005 * long.at(x, y) + 0.0013 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
-            let dissolved = vignette * (0.022 + 0.012 * wide.at(x, y) + 0.004 * fine.at(x, y));
-            let share = if vignette > 0.0 { 0.4 } else { 1.0 };
-            -distance.at(x, y) + s * (0.006 * (1.0 - vignette.min(1.0)) + share * ragged - dissolved)
+            let brushed = 0.0034 * strokes.at(x, y) + 0.0026 * bristles.at(x, y);
+            let ragged = 0.0028 * long.at(x, y) + brushed + 0.004 * (paper.at(x, y) - 0.5);
+            let dissolved = vignette * (0.02 + 0.008 * wide.at(x, y) + 0.004 * fine.at(x, y));
+            -corners.at(x, y) + s * (0.006 * (1.0 - vignette.min(1.0)) + ragged - dissolved)
+        })
+    }
+
+    /// Noise in streaks along the long strokes of a brush, as thick as Gaussians of `sigma`, a part of the long edge.
+    fn streaks(&self, seed: u64, name: &str, sigma: f64) -> Raster<f32> {
+        const LENGTH: usize = 24;
+        let [width, height] = self.size;
+        let short = plane(seed, name, [width.div_ceil(LENGTH), height], self.cells(sigma));
+        resized_plane(&short, width, height)
+    }
+
+    /// [`Mount::distance`], the border's corners rounded by a radius, a part of the long edge.
+    fn rounded(&self, radius: f64) -> Raster<f32> {
+        let radius = self.cells(radius) as f32;
+        let inside = |cell: usize, of: usize| {
+            let (first, last) = (self.origin as f32, (self.origin + of) as f32 - 1.0);
+            radius - (cell as f32 - first).min(last - cell as f32)
+        };
+        Raster::from_fn(self.size[0], self.size[1], |x, y| {
+            let (dx, dy) = (inside(x, self.photo[0]), inside(y, self.photo[1]));
+            if dx > 0.0 && dy > 0.0 { libm::hypotf(dx, dy) - radius } else { dx.max(dy) - radius }
         })
     }
 }
