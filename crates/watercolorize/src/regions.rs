@@ -18,7 +18,7 @@ pub struct Finding {
     pub least_cells: usize,
     /// Radius over which borders are rounded, cells.
     pub rounding: f64,
-    /// Mean step over a border, Lab, below which two regions are one.
+    /// Root mean square step over a border, Lab, below which two regions are one.
     pub least_step: f32,
 }
 
@@ -366,16 +366,17 @@ pub fn dilated(mask: &Raster<u8>, radius: usize) -> Raster<u8> {
     all
 }
 
-/// A border between two regions: its cells, and what they step.
+/// A border between two regions: its cells, and the squares of what they step.
 #[derive(Clone, Copy, Debug, Default)]
 struct Border {
     cells: u32,
-    steps: f32,
+    squares: f32,
 }
 
 impl Border {
+    /// Root mean square: a border that is hard in part is one.
     fn mean(self) -> f32 {
-        self.steps / self.cells as f32
+        (self.squares / self.cells as f32).sqrt()
     }
 }
 
@@ -401,7 +402,7 @@ impl Ord for Pair {
     }
 }
 
-/// Regions merged, the softest border first, while its mean step is below `least`.
+/// Regions merged, the softest border first, while its root mean square step is below `least`.
 fn merged(regions: &Regions, steps: &Raster<f32>, least: f32) -> Regions {
     let (width, height) = (regions.width(), regions.height());
     let count = regions.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
@@ -418,7 +419,7 @@ fn merged(regions: &Regions, steps: &Raster<f32>, least: f32) -> Regions {
                 for (a, b) in [(own, other), (other, own)] {
                     let border = borders[a as usize].entry(b).or_default();
                     border.cells += 1;
-                    border.steps += step;
+                    border.squares += step * step;
                 }
             }
         }
@@ -448,7 +449,7 @@ fn merged(regions: &Regions, steps: &Raster<f32>, least: f32) -> Regions {
             borders[other as usize].remove(&gone);
             let both = borders[kept as usize].entry(other).or_default();
             both.cells += border.cells;
-            both.steps += border.steps;
+            both.squares += border.squares;
             let both = *both;
             borders[other as usize].insert(kept, both);
             heap.push(Pair { step: both.mean(), a: kept.min(other), b: kept.max(other) });

@@ -15,7 +15,7 @@ use crate::separate::lab;
 use crate::settings::PhotoParams;
 
 /// Part of a step that is made within two cells, for an edge that counts as blurred and one that counts as sharp.
-const SHARP: [f32; 2] = [0.35, 0.6];
+const SHARP: [f32; 2] = [0.28, 0.5];
 
 /// Rasters of the sheet's cells.
 pub type Plane = Raster<f32>;
