@@ -36,6 +36,9 @@ const PALETTE_CELLS: f64 = 24_000.0;
 /// Steps after which drops fall into the first wash: it shines no more, and is not dry yet.
 const STEPS_BEFORE_DROPS: u32 = 56;
 
+/// How much of the masking fluid on light lines the first wash stays off.
+const FLUID_AT_FIRST: f32 = 0.6;
+
 /// What is to be painted, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
@@ -232,8 +235,10 @@ impl<'a> Painter<'a> {
         let steps = load.edges.map(|edge| (edge * EDGE_STEPS + 0.5).min(255.0) as u8);
         keep(name("shapes"), StoredMap::Bytes(load.shapes.clone()));
         keep(name("edges"), StoredMap::Bytes(steps));
-        let masked = self.study.masked.as_ref().filter(|_| index > 0).map(|masked| {
-            keep(name("masked"), StoredMap::bytes(masked));
+        // The first wash runs under some of the masking fluid, so that lines are tinted, not white.
+        let fluid = if index == 0 { FLUID_AT_FIRST } else { 1.0 };
+        let masked = self.study.masked.as_ref().map(|masked| {
+            keep(name("masked"), StoredMap::bytes(&masked.map(|masked| fluid * masked)));
             map_name(&name("masked"))
         });
         let turbulence =
