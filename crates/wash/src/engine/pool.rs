@@ -237,7 +237,9 @@ impl Pool {
             share_all(&mut state.suspended, cuts, &mut halos.suspended, halo(Changes::SUSPENDED));
         let mut deposited =
             share_all(&mut state.deposited, cuts, &mut halos.deposited, halo(Changes::DEPOSITED));
-        let has_keep = stages.iter().any(|stage| matches!(stage, Stage::Keep(_) | Stage::Advance(_)));
+        let has_keep = stages
+            .iter()
+            .any(|stage| matches!(stage, Stage::Keep(_) | Stage::Advance(_) | Stage::AdvanceAlone(_)));
         let mut slope_height = None;
         let mut living_rows = self.living.as_mut().zip(task.living.as_ref()).map(|(fields, task)| {
             let [mobility_u, mobility_v] = &mut halos.mobility;
