@@ -125,6 +125,26 @@ proptest! {
 }
 
 #[test]
+fn a_cell_that_creeps_back_over_full_pores_dries_as_if_it_had_just_been_loaded() {
+    let case = Case {
+        width: 38,
+        height: 37,
+        seed: 1812503888,
+        scale: 2.0,
+        wetness: 1.0121084,
+        film: 1.4399915,
+        damp: 0.9753173,
+        pigments: 1,
+    };
+    let mut first = case.wash();
+    first.run(1, &RunConfig { threads: 1, ..RunConfig::default() }).unwrap();
+    let mut second =
+        Wash::new(first.into_state(), WashModel::living(), case.wash().handlings().to_vec()).unwrap();
+    second.run(39, &RunConfig { threads: 1, ..RunConfig::default() }).unwrap();
+    same(second.state(), &case.run(40, Engine::Fast, 1).unwrap(), "cut in two");
+}
+
+#[test]
 fn threads_change_no_bit() {
     for case in [
         Case {

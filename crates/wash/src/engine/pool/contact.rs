@@ -115,6 +115,8 @@ impl Pool {
             if joins {
                 wet_mask.row_mut(row)[x] = 1;
                 living.damp.row_mut(row)[x] = DAMP | EVER_DAMP;
+                // Where full pores counted as covered already, what dries at the edge is to be found anew all the same.
+                living.cover.row_mut(row)[x] = 0.0;
                 self.joined.push((row - Layout::TOP, x - Layout::LEFT));
                 living.needs_room |= !(living.within.0.contains(&row) && living.within.1.contains(&x));
                 if joined.last() != Some(&row) {
