@@ -276,7 +276,7 @@ impl Wash {
                 still_dry_faces(&mut self.state);
                 let pools = match config.engine {
                     Engine::Fast => Pools::new(&mut self.state, &task, threads),
-                    Engine::Reference => Pools::plain(&mut self.state, &task),
+                    Engine::Reference => Pools::reference(&mut self.state, &task),
                 };
                 match self.model {
                     WashModel::C97 { .. } => Running::C97(C97Run::new(pools)),

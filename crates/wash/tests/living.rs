@@ -106,9 +106,9 @@ proptest! {
 
     #[test]
     fn engines_give_the_same_bits(case in cases()) {
-        let plain = case.run(12, Engine::Reference, 1).unwrap();
-        same(&case.run(12, Engine::Fast, 1).unwrap(), &plain, "fast against plain");
-        same(&case.run(12, Engine::Fast, 3).unwrap(), &plain, "three threads against plain");
+        let reference = case.run(12, Engine::Reference, 1).unwrap();
+        same(&case.run(12, Engine::Fast, 1).unwrap(), &reference, "fast against reference");
+        same(&case.run(12, Engine::Fast, 3).unwrap(), &reference, "three threads against reference");
     }
 
     #[test]
@@ -173,7 +173,7 @@ fn threads_change_no_bit() {
         for threads in [2, 7] {
             same(&one, &case.run(60, Engine::Fast, threads).unwrap(), &format!("{threads} threads"));
         }
-        same(&one, &case.run(60, Engine::Reference, 1).unwrap(), "plain engine");
+        same(&one, &case.run(60, Engine::Reference, 1).unwrap(), "reference engine");
     }
 }
 

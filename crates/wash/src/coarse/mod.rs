@@ -354,7 +354,7 @@ impl CoarseWash {
 
     /// Runs `steps` steps.
     ///
-    /// Nothing of `config` changes a bit of the result, nor does cutting a run in two. The plain engine runs the water
+    /// Nothing of `config` changes a bit of the result, nor does cutting a run in two. The reference engine runs the water
     /// only.
     ///
     /// # Errors
