@@ -223,6 +223,15 @@ impl Pools {
         }
     }
 
+    /// Whether no paper is wet, if that is known without looking at all of it.
+    pub fn is_dry(&self) -> Option<bool> {
+        let is_wet = |place: &Place| {
+            let [mut wet, _] = place.pool.runs();
+            wet.next().is_some()
+        };
+        (!self.is_reference).then(|| !self.pools.iter().any(is_wet))
+    }
+
     /// Whether there is any water in film or pores.
     pub fn are_damp(&self) -> bool {
         self.pools.iter().any(|place| place.pool.is_damp())
