@@ -30,7 +30,7 @@ pub mod develop;
 pub mod composite;
 pub mod timelapse;
 pub mod contact_sheet;
-mod lettering;
+pub mod lettering;
 
 mod archive;
 pub mod girtin_file;
