@@ -10,7 +10,7 @@ use girtin::painting::map_file::MapError;
 use girtin::painting::picture::{PictureError, WriteError, write_png};
 use girtin::painting::{
     Document, MapChest, PaintConfig, PaintError, Painted, PaintedRecord, ResolveError, Stock, WaterDetail,
-    memory,
+    effort, memory,
 };
 
 use crate::arguments::{MeansArgs, WaterArgs, megabytes, millimetres, real_within};
@@ -78,11 +78,12 @@ pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         return Ok(());
     }
     given.document.cells().map_err(|error| Failure::input(&error).hint(TOO_LARGE))?;
+    let unsaid = given.painted.as_ref().map(|painted| painted.water).unwrap_or_default();
+    let water = args.water.detail(unsaid);
     if args.dry_run {
-        return print(&plan(&given.document));
+        return print(&plan(&given.document, water));
     }
     check_memory(args.means, &given.document, TOO_LARGE)?;
-    let unsaid = given.painted.as_ref().map(|painted| painted.water).unwrap_or_default();
     let mut file = given.gather(&targets)?;
     if save.is_some() {
         file.check().map_err(|error| {
@@ -94,7 +95,7 @@ pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
         stock: &file.stock,
         document: &file.document,
         maps: &file.maps,
-        water: args.water.detail(unsaid),
+        water,
         means: args.means,
         interrupt,
     };
@@ -113,13 +114,22 @@ pub fn run(args: &PaintArgs, interrupt: &Interrupt) -> Result<(), Failure> {
 }
 
 /// What would be done.
-fn plan(document: &Document) -> String {
+fn plan(document: &Document, water: WaterDetail) -> String {
     let [width, height] = document.picture_size();
     let cells = width * height * f64::from(document.sheet.cells_per_pixel).powi(2);
     let names: Vec<&str> = document.glazes.iter().map(|glaze| glaze.name.as_str()).collect();
+    let threads = rayon::current_num_threads();
+    let time = effort::of_document(document).map_or_else(
+        || "too many cells".to_owned(),
+        |[least, most]| {
+            let [least, most] = [least, most].map(|seconds| seconds / threads as f64);
+            let coarse = if water == WaterDetail::Full { "" } else { " were its water not coarse" };
+            format!("about {least:.1} to {most:.1} s{coarse}")
+        },
+    );
     format!(
         "picture: {width} × {height} pixels\nsheet: {} × {} mm of {}, seed {}\nglazes: {} ({})\nwork: {} steps on \
-         {cells} cells at most, {} threads\nmemory: about {}\n",
+         {cells} cells at most, {threads} threads, {time}\nmemory: about {}\n",
         millimetres(document.sheet.size_mm[0]),
         millimetres(document.sheet.size_mm[1]),
         document.sheet.paper,
@@ -127,7 +137,6 @@ fn plan(document: &Document) -> String {
         names.len(),
         names.join(", "),
         document.steps(),
-        rayon::current_num_threads(),
         megabytes(memory::of_document(document).unwrap_or(u64::MAX)),
     )
 }
@@ -170,7 +179,7 @@ impl Job<'_> {
 
     /// Paints the document.
     fn paint(&self) -> Result<Painted, Failure> {
-        self.means.talk.detail(&plan(self.document));
+        self.means.talk.detail(&plan(self.document, self.water));
         let start = Instant::now();
         let progress = self.means.talk.start(self.document.steps(), "steps");
         let tell = |done, _| progress.at(done);

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use girtin::grid::Raster;
 use girtin::optics::{LinearRgb, Pigment, glaze_row};
-use girtin::painting::composite;
 use girtin::painting::picture::write_png;
+use girtin::painting::{composite, lettering};
 use serde_json::{Value, json};
 
 use crate::arguments::{PictureArgs, PigmentFiles, unknown_pigment};
@@ -16,7 +16,7 @@ use crate::output::{OutputArgs, Outputs, print};
 /// Lists pigments and shows them
 ///
 /// A swatch chart shows each pigment from clear on the left to twice a swatch on the right, over white and over a
-/// black stripe, in the order of the list, row by row.
+/// black stripe, with its id below, in the order of the list, row by row.
 #[derive(Debug, clap::Args)]
 #[command(
     allow_negative_numbers = true,
@@ -57,7 +57,7 @@ pub fn run(args: &PigmentsArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     if let Some(path) = &args.swatch {
         let mut outputs = Outputs::new(args.output, args.pigment_files.files.iter().map(PathBuf::as_path));
         if let Some(target) = outputs.claim(path, "png")? {
-            let chart = composite::encode(&chart(&pigments));
+            let chart = labelled(&pigments);
             target
                 .write(interrupt, |writer| Ok(write_png(writer, &chart, &args.picture.meta(None, &[]))?))?;
             if target.is_stdout() {
@@ -128,24 +128,49 @@ fn described(pigment: &Pigment) -> Value {
     })
 }
 
-/// One swatch with its margin, pixels.
-const CELL: [usize; 2] = [240, 96];
+/// One swatch with its name and margin, pixels.
+const CELL: [usize; 2] = [240, 114];
 const MARGIN: usize = 12;
+/// Rows of a swatch.
+const SWATCH: usize = 84;
+/// Rows between it and its name, and the name's color.
+const GAP: usize = 6;
+const TEXT: [u8; 3] = [64, 60, 58];
 /// Rows of a cell on which the ground is black.
 const STRIPE: std::ops::Range<usize> = 44..66;
 /// Thickness at the right end of a ramp.
 const THICKEST: f32 = 2.0;
 
+/// Where the swatch of so many a pigment begins.
+fn place(number: usize, columns: usize) -> [usize; 2] {
+    [MARGIN + number % columns * CELL[0], MARGIN + number / columns * CELL[1]]
+}
+
+/// How many swatches are beside each other.
+fn columns(pigments: usize) -> usize {
+    (1..=4).find(|n| n * n * 2 >= pigments).unwrap_or(4)
+}
+
+/// The chart with the id of each pigment below its swatch.
+pub fn labelled(pigments: &[&Pigment]) -> Raster<[u8; 3]> {
+    let mut picture = composite::encode(&chart(pigments));
+    for (number, pigment) in pigments.iter().enumerate() {
+        let [left, top] = place(number, columns(pigments.len()));
+        lettering::write(&mut picture, [left, top + SWATCH + GAP], 1, TEXT, &pigment.id);
+    }
+    picture
+}
+
 /// A swatch of each pigment, row by row.
 pub fn chart(pigments: &[&Pigment]) -> Raster<LinearRgb> {
-    let columns = (1..=4).find(|n| n * n * 2 >= pigments.len()).unwrap_or(4);
+    let columns = columns(pigments.len());
     let rows = pigments.len().div_ceil(columns);
     let mut chart = Raster::new(columns * CELL[0] + MARGIN, rows * CELL[1] + MARGIN, LinearRgb::WHITE);
     let length = CELL[0] - MARGIN;
     let ramp: Vec<f32> = (0..length).map(|x| THICKEST * x as f32 / (length - 1) as f32).collect();
     for (number, pigment) in pigments.iter().enumerate() {
-        let (left, top) = (MARGIN + number % columns * CELL[0], MARGIN + number / columns * CELL[1]);
-        for y in 0..CELL[1] - MARGIN {
+        let [left, top] = place(number, columns);
+        for y in 0..SWATCH {
             let row = &mut chart.row_mut(top + y)[left..left + length];
             if STRIPE.contains(&y) {
                 row.fill(LinearRgb::BLACK);

@@ -10,10 +10,10 @@ use girtin::grid::{Layout, Raster};
 use girtin::optics::{Coefficients, LinearRgb, Pigment};
 use girtin::painting::picture::{read_photo, write_png};
 use girtin::painting::state_file::{self, Limits, StateFileError};
-use girtin::painting::{WashSettings, composite, handling_of, memory};
+use girtin::painting::{WashSettings, composite, effort, handling_of, memory};
 use girtin::params::Place;
 use girtin::wash::{Ledger, RunConfig, RunError, RunReport, StateError, Wash, WashModel, WashState};
-use serde_json::json;
+use serde_json::{Value, json};
 
 use crate::arguments::{
     Ground, MeansArgs, ModelArgs, PigmentFiles, megabytes, parse_ground_or_picture, pigment_hint,
@@ -70,7 +70,7 @@ pub struct WashArgs {
     #[arg(long, value_name = "COLOR|FILE", default_value = "white", value_parser = parse_ground_or_picture,
           help_heading = OUTPUT)]
     over: Ground,
-    /// Print what was done as JSON; on the standard error if the standard output is taken
+    /// Print what was done, or with --dry-run would be, as JSON; on the standard error if the standard output is taken
     #[arg(long, help_heading = OUTPUT)]
     json: bool,
     /// Read and check everything, say what would be done, and do nothing
@@ -92,12 +92,6 @@ const MOST_FRAMES: u64 = 100_000;
 
 /// File of parameters that is found without being named.
 const SETTINGS: &str = "wash.toml";
-
-/// What a wet cell costs in a step on one thread, ns: once, and for every sweep of relaxation. For estimates.
-const STEP_NS: f64 = 3.0;
-const SWEEP_NS: f64 = 0.6;
-/// The same of a step of the living wash at 4 cells a millimetre.
-const LIVING_NS: f64 = 15.0;
 
 /// Runs the verb.
 ///
@@ -157,11 +151,11 @@ pub fn run(args: &WashArgs, interrupt: &Interrupt) -> Result<(), Failure> {
     let pictures = ground.iter().count() as u64 + u64::from(args.image.is_some());
     let cells = (layout.width() * layout.height()) as u64;
     let bytes = memory::of_wash(wash.state(), &model) + pictures * memory::of_picture(cells);
-    let plan = plan(args, wash.state(), &model, &pigments, settings_file.as_deref(), bytes);
+    let plan = Plan::new(args, wash.state(), &model, &pigments, settings_file.as_deref(), bytes);
     if args.dry_run {
-        return print(&plan);
+        return print(&if args.json { format!("{:#}\n", plan.to_json()) } else { plan.text() });
     }
-    args.means.talk.detail(&plan);
+    args.means.talk.detail(&plan.text());
     args.means.check_memory(bytes, FEWER)?;
     let paints = pigments.iter().map(|p| p.coefficients).collect();
     let mut job = Job { args, interrupt, wash, paints, ground };
@@ -480,44 +474,89 @@ pub fn stopped(error: &RunError, said: &dyn Display, interrupt: &Interrupt) -> F
 }
 
 /// What would be done, on what, and what it takes.
-fn plan(
-    args: &WashArgs,
-    state: &WashState,
-    model: &WashModel,
-    pigments: &[Pigment],
-    settings_file: Option<&Path>,
+struct Plan<'a> {
+    size: [usize; 2],
+    wet_cells: usize,
+    pigments: &'a [Pigment],
+    /// File of the parameters.
+    source: Option<String>,
+    model: &'a WashModel,
+    cells_per_mm: f64,
+    steps: u64,
+    threads: usize,
+    /// The least and the most that are likely.
+    seconds: [f64; 2],
     bytes: u64,
-) -> String {
-    let layout = state.layout();
-    let (width, height) = (layout.width(), layout.height());
-    let wet: usize =
-        (0..height).map(|y| state.wet_mask.cells(y).iter().filter(|&&wet| wet != 0).count()).sum();
-    let names: Vec<&str> = pigments.iter().map(|pigment| pigment.id.as_str()).collect();
-    let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-    let threads = rayon::current_num_threads();
-    let seconds = |ns: f64| ns * 1e-9 * wet as f64 * args.steps as f64 / threads as f64;
-    let sweeps = |count: u32| seconds(STEP_NS + SWEEP_NS * f64::from(count));
-    let (least, most, physics) = match model {
-        WashModel::C97 { params, capillary } => {
-            let layer = if capillary.is_some() { "on" } else { "off" };
-            let physics = format!("c97; the capillary layer is {layer}");
-            (sweeps(1), sweeps(params.relax_max_sweeps), physics)
+}
+
+impl<'a> Plan<'a> {
+    fn new(
+        args: &WashArgs,
+        state: &WashState,
+        model: &'a WashModel,
+        pigments: &'a [Pigment],
+        settings_file: Option<&Path>,
+        bytes: u64,
+    ) -> Self {
+        let layout = state.layout();
+        let wet = |y| state.wet_mask.cells(y).iter().filter(|&&wet| wet != 0).count();
+        let wet_cells: usize = (0..layout.height()).map(wet).sum();
+        let cells_per_mm = state.ledger.map_or(4.0, |ledger| ledger.cells_per_mm);
+        let threads = rayon::current_num_threads();
+        let work = wet_cells as f64 * args.steps as f64 / threads as f64;
+        Self {
+            size: [layout.width(), layout.height()],
+            wet_cells,
+            pigments,
+            source: settings_file.map(input::name_of),
+            model,
+            cells_per_mm,
+            steps: args.steps,
+            threads,
+            seconds: effort::of_step(model, cells_per_mm, pigments.len()).map(|step| step * work),
+            bytes,
         }
-        WashModel::Living(_) => {
-            let cells_per_mm = state.ledger.map_or(4.0, |ledger| ledger.cells_per_mm);
-            // Sub-steps and iterations grow with the cells a millimetre.
-            let ns = LIVING_NS * (cells_per_mm / 4.0).max(1.0);
-            (seconds(ns), seconds(3.0 * ns), format!("living, {cells_per_mm} cells a mm"))
-        }
-    };
-    let source = settings_file.map_or("the model's defaults".to_owned(), input::name_of);
-    format!(
-        "state: {width} × {height} cells, {wet} of them wet\npigments: {names}\nparameters: {source}; model: \
-         {physics}\nwork: {steps} steps on {threads} threads, about {least:.1} to {most:.1} \
-         s\nmemory: about {memory}\n",
-        memory = megabytes(bytes),
-        steps = args.steps,
-    )
+    }
+
+    fn names(&self) -> Vec<&str> {
+        self.pigments.iter().map(|pigment| pigment.id.as_str()).collect()
+    }
+
+    fn text(&self) -> String {
+        let names = self.names();
+        let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        let physics = match self.model {
+            WashModel::C97 { capillary, .. } => {
+                format!("c97; the capillary layer is {}", if capillary.is_some() { "on" } else { "off" })
+            }
+            WashModel::Living(_) => format!("living, {} cells a mm", self.cells_per_mm),
+        };
+        let ([width, height], [least, most]) = (self.size, self.seconds);
+        format!(
+            "state: {width} × {height} cells, {wet} of them wet\npigments: {names}\nparameters: {source}; model: \
+             {physics}\nwork: {steps} steps on {threads} threads, about {least:.1} to {most:.1} s\nmemory: about \
+             {memory}\n",
+            wet = self.wet_cells,
+            source = self.source.as_deref().unwrap_or("the model's defaults"),
+            steps = self.steps,
+            threads = self.threads,
+            memory = megabytes(self.bytes),
+        )
+    }
+
+    fn to_json(&self) -> Value {
+        let (model, cells_per_mm) = match self.model {
+            WashModel::C97 { .. } => ("c97", None),
+            WashModel::Living(_) => ("living", Some(self.cells_per_mm)),
+        };
+        let [width, height] = self.size;
+        let [least, most] = self.seconds;
+        json!({
+            "width": width, "height": height, "wet_cells": self.wet_cells, "pigments": self.names(),
+            "parameters": self.source, "model": model, "cells_per_mm": cells_per_mm, "steps": self.steps,
+            "threads": self.threads, "seconds_least": least, "seconds_most": most, "memory_bytes": self.bytes,
+        })
+    }
 }
 
 #[cfg(test)]

@@ -154,7 +154,7 @@ fn a_document_is_painted_at_any_scale() {
     folder.run("paint doc.toml twice.png -q --scale 2").fine();
     assert_eq!(png_size(&folder.read("twice.png")), (80, 48));
     let plan = folder.run("paint doc.toml none.png --dry-run").fine().text();
-    assert!(plan.contains("40 × 24") && !folder.has("none.png"), "{plan}");
+    assert!(plan.contains("40 × 24") && plan.contains(" s\n") && !folder.has("none.png"), "{plan}");
 }
 
 #[test]

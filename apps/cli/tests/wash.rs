@@ -227,6 +227,9 @@ fn a_dry_run_tells_and_does_nothing() {
     for word in ["48 × 40", "french-ultramarine", "wash.toml", "9 steps", "memory"] {
         assert!(told.contains(word), "{word}: {told}");
     }
+    let told = folder.run("wash --state in.npz --steps 9 --save out.npz --dry-run --json").fine().json();
+    assert_eq!((&told["width"], &told["steps"]), (&48.into(), &9.into()));
+    assert!(told["seconds_least"].as_f64() <= told["seconds_most"].as_f64() && told["memory_bytes"].is_u64());
     assert!(folder.files() == before);
 }
 

@@ -400,26 +400,29 @@ fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {
             Err(error) => return Err(table.fault("pigments", error.to_string()).hint(error.hint())),
         }
     }
-    let events = table.tables("events", |event| read_event(event, pigments.len()))?.unwrap_or_default();
     let model: WashModel =
         table.table("wash", |wash| read_model(wash, WashModel::default()))?.unwrap_or_default();
-    if let (WashModel::C97 { .. }, Some(at)) = (
-        model,
-        events
-            .iter()
-            .position(|event| matches!(event, Event::Tilt { .. } | Event::Run { until_dry: true, .. })),
-    ) {
-        let message = format!("event {} is of the living wash, and the glaze runs by C97", at + 1);
+    let events = table.tables("events", |table| {
+        let event = read_event(table, pigments.len())?;
+        let (key, does) = match event {
+            Event::Tilt { .. } => ("do", "`tilt`"),
+            Event::Run { until_dry: true, .. } => ("until", "`until`"),
+            _ => return Ok(event),
+        };
+        if matches!(model, WashModel::Living(_)) {
+            return Ok(event);
+        }
         let hint =
             "C97 does not dry by itself nor run down a board; give `model = \"living\"` under `[glaze.wash]`";
-        return Err(table.fault("events", message).hint(hint));
-    }
+        let message = format!("{does} is of the living wash, and the glaze runs by C97");
+        Err(table.fault(key, message).hint(hint))
+    })?;
     Ok(Glaze {
         name: table.text("name")?.unwrap_or_default(),
         model,
         granulation: table.real("granulation", 0.0..=10.0)?.unwrap_or(1.0),
         outline: table.table("outline", read_outline)?,
-        events,
+        events: events.unwrap_or_default(),
         pigments,
     })
 }

@@ -3,7 +3,7 @@
 use girtin_grid::Raster;
 
 /// Rows of a letter.
-pub(crate) const HEIGHT: usize = 7;
+pub const HEIGHT: usize = 7;
 /// Columns of a letter, and from one to the next.
 const WIDTH: usize = 5;
 const STEP: usize = 6;
@@ -53,7 +53,7 @@ const LETTERS: [(char, [u8; HEIGHT]); 38] = [
 
 /// Writes a line, `scale` pixels to a bit, from `[left, top]`; what does not fit is left out, and unknown letters are
 /// blanks.
-pub(crate) fn write(
+pub fn write(
     picture: &mut Raster<[u8; 3]>,
     [left, top]: [usize; 2],
     scale: usize,

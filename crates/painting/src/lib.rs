@@ -6,10 +6,11 @@
 //! - [`gallery`]: the paper's figures as documents;
 //! - [`resolve`]: millimetres become cells, names become pigments;
 //! - [`maps`]: where the maps are that it names;
-//! - [`memory`]: how much memory it will take;
+//! - [`memory`]: how much memory it will take; [`effort`]: how long;
 //! - [`paint`]: every glaze is simulated; [`dried`]: what it left, cell by cell;
 //! - [`develop`]: the picture, at its own resolution; [`composite`]: pigment becomes color;
-//! - [`timelapse`]: the picture as it grows; [`contact_sheet`]: many pictures in one, with their names;
+//! - [`timelapse`]: the picture as it grows; [`contact_sheet`]: many pictures in one, with their names in
+//!   [`lettering`];
 //! - files: [`girtin_file`], a painting that stands alone; [`state_file`], a wash's state as NumPy reads it;
 //!   [`map_file`]; [`picture`], pictures in and out; [`ora`], glazes as layers; [`film`], a painting as it grows.
 #![forbid(unsafe_code)]
@@ -21,6 +22,7 @@ pub mod gallery;
 pub mod resolve;
 pub mod maps;
 pub mod memory;
+pub mod effort;
 pub mod paint;
 mod easel;
 pub mod dried;
@@ -28,7 +30,7 @@ pub mod develop;
 pub mod composite;
 pub mod timelapse;
 pub mod contact_sheet;
-mod lettering;
+pub mod lettering;
 
 mod archive;
 pub mod girtin_file;

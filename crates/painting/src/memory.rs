@@ -9,7 +9,7 @@ use girtin_grid::{Field, Layout};
 use girtin_optics::LinearRgb;
 use girtin_wash::{WashModel, WashState};
 
-use crate::document::{Document, Event};
+use crate::document::{Document, Event, Glaze};
 
 /// Values that are there if one of them is: a page of floating-point numbers.
 const PAGE: usize = 1024;
@@ -74,37 +74,45 @@ pub fn of_document(document: &Document) -> Option<u64> {
     let [columns, rows] = document.picture_size();
     let pixels = (columns * rows) as u64;
     let cells_per_mm = document.cells_per_mm();
-    let covered = |area: &crate::area::Area| {
-        let [columns, rows] = area.extent(size, cells_per_mm, [0.0; 2]);
-        (columns.len() * rows.len()) as u64
-    };
     // The height that all glazes begin with.
     let mut bytes = cells * 4 + of_picture(pixels);
     for glaze in &document.glazes {
-        let mut wet = 0;
-        for event in &glaze.events {
-            let area = match event {
-                Event::Wet { area }
-                | Event::Water { area, .. }
-                | Event::Pigment { area, .. }
-                | Event::Brush { area, .. }
-                | Event::Moisten { area, .. }
-                | Event::Blot { area, .. }
-                | Event::Lift { area, .. } => Some(area),
-                Event::Run { feed, .. } => feed.as_ref().map(|feed| &feed.area),
-                Event::Dry { area, .. } => area.as_ref(),
-                Event::Tilt { .. } => None,
-            };
-            let cells = area.map_or(0, covered);
-            bytes += 4 * cells;
-            let wets = matches!(event, Event::Wet { .. } | Event::Brush { .. } | Event::Moisten { .. });
-            wet += if wets { cells } else { 0 };
-        }
+        let covered = glaze.events.iter().map(|event| covered(event, size, cells_per_mm));
+        bytes += 4 * covered.sum::<u64>();
         // What dried stays until the picture is developed.
         bytes += 4 * cells * (1 + glaze.pigments.len() as u64);
-        bytes += running(wet.min(cells), glaze.pigments.len(), &glaze.model, layout);
+        let wet = wet_cells(glaze, size, cells_per_mm);
+        bytes += running(wet, glaze.pigments.len(), &glaze.model, layout);
     }
     Some(bytes)
+}
+
+/// Cells around the area of an event.
+fn covered(event: &Event, size: [usize; 2], cells_per_mm: f64) -> u64 {
+    let area = match event {
+        Event::Wet { area }
+        | Event::Water { area, .. }
+        | Event::Pigment { area, .. }
+        | Event::Brush { area, .. }
+        | Event::Moisten { area, .. }
+        | Event::Blot { area, .. }
+        | Event::Lift { area, .. } => Some(area),
+        Event::Run { feed, .. } => feed.as_ref().map(|feed| &feed.area),
+        Event::Dry { area, .. } => area.as_ref(),
+        Event::Tilt { .. } => None,
+    };
+    area.map_or(0, |area| {
+        let [columns, rows] = area.extent(size, cells_per_mm, [0.0; 2]);
+        (columns.len() * rows.len()) as u64
+    })
+}
+
+/// Cells that become wet in a glaze, at most.
+pub(crate) fn wet_cells(glaze: &Glaze, size: [usize; 2], cells_per_mm: f64) -> u64 {
+    let wets =
+        |event: &&Event| matches!(event, Event::Wet { .. } | Event::Brush { .. } | Event::Moisten { .. });
+    let wet = glaze.events.iter().filter(wets).map(|event| covered(event, size, cells_per_mm));
+    wet.sum::<u64>().min((size[0] * size[1]) as u64)
 }
 
 /// What painting a document asks the system for, dry fields included, which are never touched.

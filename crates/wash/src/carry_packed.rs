@@ -57,87 +57,158 @@ pub struct Spread {
     pub dispersion: f32,
 }
 
-/// What faces of one kind see along their axis: two cells on each side, and how fast water goes from one to the other.
+/// What decides on how much goes through faces of one kind, but the pigment itself; all rows begin at the first face.
 #[derive(Clone, Copy, Debug)]
 pub struct FaceRows<'a> {
-    /// Pigment in the cells two, and one before the face, one and two after.
-    pub cells: [&'a [f32]; 4],
     /// Room in the cells before and after.
     pub room: [&'a [f32]; 2],
     /// Velocity through the face.
     pub speed: &'a [f32],
-    /// Mobility of the face, 0 beside dry cells.
-    pub mobility: &'a [f32],
+    /// Mobility of the face, 0 beside dry cells; `None` if it is 1 everywhere.
+    pub mobility: Option<&'a [f32]>,
 }
 
-/// Pigment through `count` faces of one row in a sub-step; all rows begin at the first of them.
+/// What faces of one kind and row do to any pigment, to be found once for all of them.
+#[derive(Clone, Copy, Debug)]
+pub struct FluxRows<'a> {
+    /// How far water goes through the face in a sub-step, as far as there is room where it goes.
+    pub way: &'a [f32],
+    /// How far from the middle of its cell what goes through lies on average.
+    pub lever: &'a [f32],
+    /// How much is exchanged.
+    pub mixing: &'a [f32],
+}
+
+/// Finds [`FluxRows`] of as many faces as there is place for: way, lever and mixing.
 ///
-/// # Source
-/// van Leer 1974, second order with his limiter.
-pub fn flux(flux: &mut [f32], faces: &FaceRows<'_>, spread: Spread) {
-    flux_kernel(flux, faces, spread);
+/// # Guarantees
+/// Way and mixing are 0 where the mobility is.
+pub fn prepare(found: [&mut [f32]; 3], faces: &FaceRows<'_>, spread: Spread) {
+    match faces.mobility {
+        Some(mobility) => prepare_kernel::<false>(found, faces, mobility, spread),
+        None => prepare_kernel::<true>(found, faces, faces.speed, spread),
+    }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn flux_kernel(flux: &mut [f32], faces: &FaceRows<'_>, spread: Spread) {
+fn prepare_kernel<const FREE: bool>(
+    found: [&mut [f32]; 3],
+    faces: &FaceRows<'_>,
+    mobility: &[f32],
+    spread: Spread,
+) {
     let Spread { dt, diffusion, dispersion } = spread;
-    let n = flux.len();
-    let [far_before, before, after, far_after] = faces.cells.map(|cells| &cells[..n]);
+    let [way, lever, mixing] = found;
+    let n = way.len();
+    let (lever, mixing) = (&mut lever[..n], &mut mixing[..n]);
     let [room_before, room_after] = faces.room.map(|room| &room[..n]);
-    let (speed, mobility) = (&faces.speed[..n], &faces.mobility[..n]);
+    let (speed, mobility) = (&faces.speed[..n], &mobility[..n]);
     for i in 0..n {
-        let cells = [far_before[i], before[i], after[i], far_after[i]];
-        let way = speed[i] * dt;
-        let carried = carried(cells, [room_before[i], room_after[i]], way);
-        let mixing = diffusion * mobility[i] + dispersion * way.abs();
-        let both = carried + mixing * (before[i] - after[i]);
-        flux[i] = if mobility[i] > 0.0 { both } else { 0.0 };
+        let (before, after) = (room_before[i], room_after[i]);
+        let far = if FREE || mobility[i] > 0.0 { speed[i] * dt } else { 0.0 };
+        way[i] = far * if far > 0.0 { after } else { before };
+        lever[i] = 0.5 * (1.0 - far.abs());
+        mixing[i] = if FREE { diffusion } else { diffusion * mobility[i] } + dispersion * far.abs();
+    }
+}
+
+/// Slopes within cells of one row, which lie between others along the axis.
+///
+/// # Source
+/// van Leer 1974, second order with his limiter: the harmonic mean of the differences on both sides.
+pub fn slopes(slopes: &mut [f32], cells: [&[f32]; 3]) {
+    slopes_kernel(slopes, cells);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn slopes_kernel(slopes: &mut [f32], cells: [&[f32]; 3]) {
+    let n = slopes.len();
+    let [before, here, after] = cells.map(|cells| &cells[..n]);
+    for i in 0..n {
+        slopes[i] = slope(here[i] - before[i], after[i] - here[i]);
+    }
+}
+
+/// Takes values and divides in any case, so that no branch keeps loops from being vectors.
+#[inline(always)]
+fn slope(rise: f32, next: f32) -> f32 {
+    let product = rise * next;
+    let mean = 2.0 * product / (rise + next);
+    if product > 0.0 { mean } else { 0.0 }
+}
+
+/// What goes through a face: the slope within the upstream cell says what lies near the face.
+#[inline(always)]
+fn through([way, lever, mixing]: [f32; 3], [before, after]: [f32; 2], slopes: [f32; 2]) -> f32 {
+    // One of the two is 0: a choice between what lies up- and downstream would cost more.
+    let forward = if way > 0.0 { way } else { 0.0 };
+    let backward = if way < 0.0 { way } else { 0.0 };
+    let carried = forward * (before + lever * slopes[0]) + backward * (after - lever * slopes[1]);
+    carried + mixing * (before - after)
+}
+
+/// Pigment through faces of one row in a sub-step, from the cells before and after them and the slopes there.
+pub fn flux(flux: &mut [f32], rows: &FluxRows<'_>, cells: [&[f32]; 2], slopes: [&[f32]; 2]) {
+    flux_kernel(flux, rows, cells, slopes);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn flux_kernel(flux: &mut [f32], rows: &FluxRows<'_>, cells: [&[f32]; 2], slopes: [&[f32]; 2]) {
+    let n = flux.len();
+    let (way, lever, mixing) = (&rows.way[..n], &rows.lever[..n], &rows.mixing[..n]);
+    let [before, after] = cells.map(|cells| &cells[..n]);
+    let [slope_before, slope_after] = slopes.map(|slopes| &slopes[..n]);
+    for i in 0..n {
+        let (cells, slopes) = ([before[i], after[i]], [slope_before[i], slope_after[i]]);
+        flux[i] = through([way[i], lever[i], mixing[i]], cells, slopes);
+    }
+}
+
+/// [`flux`] together with the slopes in the cells after the faces: `cells` are those before and after the faces and
+/// one farther.
+pub fn flux_and_slopes(
+    flux: &mut [f32],
+    slopes_after: &mut [f32],
+    rows: &FluxRows<'_>,
+    cells: [&[f32]; 3],
+    slopes_before: &[f32],
+) {
+    flux_and_slopes_kernel(flux, slopes_after, rows, cells, slopes_before);
+}
+
+#[multiversion(targets("x86_64+avx2"))]
+fn flux_and_slopes_kernel(
+    flux: &mut [f32],
+    slopes_after: &mut [f32],
+    rows: &FluxRows<'_>,
+    cells: [&[f32]; 3],
+    slopes_before: &[f32],
+) {
+    let n = flux.len();
+    let (slopes_before, slopes_after) = (&slopes_before[..n], &mut slopes_after[..n]);
+    let (way, lever, mixing) = (&rows.way[..n], &rows.lever[..n], &rows.mixing[..n]);
+    let [before, after, far] = cells.map(|cells| &cells[..n]);
+    for i in 0..n {
+        let slope = slope(after[i] - before[i], far[i] - after[i]);
+        let cells = [before[i], after[i]];
+        flux[i] = through([way[i], lever[i], mixing[i]], cells, [slopes_before[i], slope]);
+        slopes_after[i] = slope;
     }
 }
 
 /// As [`flux`], by the plain upstream scheme, which blurs what it carries: for pigment that flow mixes at least as much, and
 /// that is mixed by itself afterwards ([`Mixing`](crate::mix_pigment::Mixing)).
-pub fn flux_upstream(flux: &mut [f32], faces: &FaceRows<'_>, spread: Spread) {
-    flux_upstream_kernel(flux, faces, spread.dt);
+pub fn flux_upstream(flux: &mut [f32], way: &[f32], cells: [&[f32]; 2]) {
+    flux_upstream_kernel(flux, way, cells);
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn flux_upstream_kernel(flux: &mut [f32], faces: &FaceRows<'_>, dt: f32) {
+fn flux_upstream_kernel(flux: &mut [f32], way: &[f32], cells: [&[f32]; 2]) {
     let n = flux.len();
-    let [_, before, after, _] = faces.cells;
-    let (before, after) = (&before[..n], &after[..n]);
-    let [room_before, room_after] = faces.room;
-    let (room_before, room_after) = (&room_before[..n], &room_after[..n]);
-    let (speed, mobility) = (&faces.speed[..n], &faces.mobility[..n]);
+    let (way, [before, after]) = (&way[..n], cells.map(|cells| &cells[..n]));
     for i in 0..n {
-        let way = speed[i] * dt;
-        // One of the two is 0: a choice between what lies up- and downstream would keep the loop from being vectors.
-        let forward = 0.5 * (way.abs() + way) * room_after[i];
-        let backward = 0.5 * (way.abs() - way) * room_before[i];
-        let carried = forward * before[i] - backward * after[i];
-        flux[i] = if mobility[i] > 0.0 { carried } else { 0.0 };
+        flux[i] = way[i] * if way[i] > 0.0 { before[i] } else { after[i] };
     }
-}
-
-/// What goes `way` cells through a face. Takes values and divides in any case, so that no branch keeps the loop from
-/// being vectors.
-#[inline(always)]
-fn carried(
-    [far_before, before, after, far_after]: [f32; 4],
-    [room_before, room_after]: [f32; 2],
-    way: f32,
-) -> f32 {
-    let forward = way > 0.0;
-    // Upstream, downstream, and what lies farther upstream.
-    let up = if forward { before } else { after };
-    let down = if forward { after } else { before };
-    let far = if forward { far_before } else { far_after };
-    let room = if forward { room_after } else { room_before };
-    let (rise, next) = (up - far, down - up);
-    let product = rise * next;
-    let mean = 2.0 * product / (rise + next);
-    let slope = if product > 0.0 { mean } else { 0.0 };
-    way * (up + 0.5 * (1.0 - way.abs()) * slope) * room
 }
 
 /// Sets the flux through faces without mobility to 0.

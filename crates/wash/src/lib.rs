@@ -16,8 +16,8 @@
 //!   [`flow_outward`], [`transfer_pigment`], [`simulate_capillary_flow`]. Of the paper's alone: [`relax_divergence`],
 //!   [`move_pigment`]. Of the living wash: [`mobility`], [`relax_implicitly`], [`move_film`], [`evaporate`],
 //!   [`carry_packed`], [`settle`], [`creep`], [`dry`]; and of coarse water `interpolate` and `mix_pigment`;
-//! - `engine`: a model is a list of passes over the rows. There are two ways to run them, which give the same bits: a plain
-//!   one, and a fast one that works only where water is.
+//! - `engine`: a model is a list of passes over the rows. There are two ways to run them, which give the same bits: the
+//!   reference, and a fast one that works only where water is.
 //!
 //! Deviations D1 to D7 from the printed paper, and what the living wash does beyond it, L1 to L14, are explained in
 //! `docs/paper-notes.md`.

@@ -36,7 +36,7 @@ const VECTOR: usize = 8;
 const WORTH_A_GAP: usize = 2 * VECTOR;
 
 /// Cells of a run from which on it pays to have kernels without masks.
-const WORTH_NO_MASK: usize = 16 * VECTOR;
+const WORTH_NO_MASK: usize = 2 * VECTOR;
 
 /// The runs of all rows.
 #[derive(Clone, Debug)]

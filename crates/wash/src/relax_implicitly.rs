@@ -122,16 +122,76 @@ pub fn iterate(
     run: Run,
     is_free: bool,
 ) {
-    /// Cells at the ends of a free run, whole vectors, for which mobility is looked up.
-    const END: usize = 8;
-    if is_free && run.len() > 4 * END {
-        let part = |first, end| Run { first, end, all_wet: false };
-        let (start, end) = (run.first + END, run.end - END);
-        iterate_kernel::<false>(next, rows, iteration, stiffness, part(run.first, start));
-        iterate_kernel::<true>(next, rows, iteration, stiffness, part(start, end));
-        iterate_kernel::<false>(next, rows, iteration, stiffness, part(end, run.end));
+    if is_free {
+        iterate_kernel::<true>(next, rows, iteration, stiffness, run);
+        // Nothing flows through the faces at its ends.
+        let terms = Terms::new(iteration, stiffness);
+        for x in [run.first, run.end - 1] {
+            next[x] = terms.next::<false>(&rows.around(x));
+        }
     } else {
         iterate_kernel::<false>(next, rows, iteration, stiffness, run);
+    }
+}
+
+/// What an iteration multiplies with what: q₊ = own q + around (m q of the four neighbours) + gain ∇·u − carry q₋.
+///
+/// Where all mobilities are 1 nothing is multiplied with them, and their sum is 4: the same bits.
+#[derive(Clone, Copy)]
+struct Terms {
+    own: f32,
+    own_if_free: f32,
+    around: f32,
+    gain: f32,
+    carry: f32,
+}
+
+/// What an iteration reads for a cell: q here, before and after, above and below; mobility of the faces between; the
+/// divergence and q one iteration before.
+#[derive(Clone, Copy)]
+struct Around {
+    q: [f32; 5],
+    mobility: [f32; 4],
+    divergence: f32,
+    before: f32,
+}
+
+impl Terms {
+    #[inline(always)]
+    fn new(Iteration { carry, gain }: Iteration, stiffness: f32) -> Self {
+        let (own, around) = (1.0 + carry - gain, gain * stiffness);
+        Self { own, own_if_free: own - around * 4.0, around, gain, carry }
+    }
+
+    #[inline(always)]
+    fn next<const FREE: bool>(self, cell: &Around) -> f32 {
+        let [here, left, right, above, below] = cell.q;
+        let [m_left, m_right, m_above, m_below] = cell.mobility;
+        let (own, sideways, upright) = if FREE {
+            (self.own_if_free, left + right, above + below)
+        } else {
+            let all = (m_left + m_right) + (m_above + m_below);
+            let sideways = m_left * left + m_right * right;
+            (self.own - self.around * all, sideways, m_above * above + m_below * below)
+        };
+        let moved = own * here + self.around * (sideways + upright);
+        moved + (self.gain * cell.divergence - self.carry * cell.before)
+    }
+}
+
+impl SolveRows<'_> {
+    fn around(&self, x: usize) -> Around {
+        Around {
+            q: [self.here[x], self.here[x - 1], self.here[x + 1], self.above[x], self.below[x]],
+            mobility: [
+                self.mobility_u[x],
+                self.mobility_u[x + 1],
+                self.mobility_v[x],
+                self.mobility_v_below[x],
+            ],
+            divergence: self.divergence[x],
+            before: self.before[x],
+        }
     }
 }
 
@@ -143,7 +203,7 @@ fn iterate_kernel<const FREE: bool>(
     stiffness: f32,
     run: Run,
 ) {
-    let Iteration { carry, gain } = iteration;
+    let terms = Terms::new(iteration, stiffness);
     let (first, n) = (run.first, run.len());
     let next = &mut next[first..][..n];
     let q = &rows.here[first - 1..][..n + 2];
@@ -152,33 +212,40 @@ fn iterate_kernel<const FREE: bool>(
     let m_u = &rows.mobility_u[first..][..n + 1];
     let (m_v, m_v_below) = (&rows.mobility_v[first..][..n], &rows.mobility_v_below[first..][..n]);
     for i in 0..n {
-        let here = q[i + 1];
-        // Times 1 is left out: the same bits.
-        let through = |mobility: f32, difference: f32| if FREE { difference } else { mobility * difference };
-        let sideways = through(m_u[i], here - q[i]) + through(m_u[i + 1], here - q[i + 2]);
-        let upright = through(m_v[i], here - above[i]) + through(m_v_below[i], here - below[i]);
-        let residual = divergence[i] - (here + stiffness * (sideways + upright));
-        next[i] = here + (carry * (here - before[i]) + gain * residual);
+        let mobility = if FREE { [1.0; 4] } else { [m_u[i], m_u[i + 1], m_v[i], m_v_below[i]] };
+        next[i] = terms.next::<FREE>(&Around {
+            q: [q[i + 1], q[i], q[i + 2], above[i], below[i]],
+            mobility,
+            divergence: divergence[i],
+            before: before[i],
+        });
     }
 }
 
 /// Gives the faces before and above the cells of one row the flow that the solution asks for.
 ///
 /// # Shapes and units
-/// Field rows; `q_above` is that of the row above. `stiffness` is B r².
+/// Field rows; `q_above` is that of the row above. `stiffness` is B r². `is_free` says that the mobility of all these faces
+/// is 1, but for the first.
 pub fn project(
     u: &mut [f32],
     v: &mut [f32],
-    [q_above, q]: [&[f32]; 2],
-    [mobility_u, mobility_v]: [&[f32]; 2],
+    q: [&[f32]; 2],
+    mobility: [&[f32]; 2],
     stiffness: f32,
     run: Run,
+    is_free: bool,
 ) {
-    project_kernel(u, v, [q_above, q], [mobility_u, mobility_v], stiffness, run);
+    if is_free {
+        project_kernel::<true>(u, v, q, mobility, stiffness, run);
+        u[run.first] = 0.0; // D5
+    } else {
+        project_kernel::<false>(u, v, q, mobility, stiffness, run);
+    }
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn project_kernel(
+fn project_kernel<const FREE: bool>(
     u: &mut [f32],
     v: &mut [f32],
     [q_above, q]: [&[f32]; 2],
@@ -190,9 +257,11 @@ fn project_kernel(
     let (u, v) = (&mut u[first..][..n], &mut v[first..][..n]);
     let (q, q_above) = (&q[first - 1..][..n + 1], &q_above[first..][..n]);
     let (m_u, m_v) = (&mobility_u[first..][..n], &mobility_v[first..][..n]);
+    // Times 1 is left out: the same bits.
+    let through = |mobility: f32, difference: f32| if FREE { difference } else { mobility * difference };
     for i in 0..n {
-        u[i] += stiffness * (m_u[i] * (q[i + 1] - q[i]));
-        v[i] += stiffness * (m_v[i] * (q[i + 1] - q_above[i]));
+        u[i] += stiffness * through(m_u[i], q[i + 1] - q[i]);
+        v[i] += stiffness * through(m_v[i], q[i + 1] - q_above[i]);
     }
 }
 

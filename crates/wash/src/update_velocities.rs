@@ -216,6 +216,8 @@ pub struct Hold<'a> {
     pub stiffness: f32,
     /// No face is faster, cells per step.
     pub speed_limit: f32,
+    /// The faces keep all of their speed, but for the run's first, which keeps nothing.
+    pub is_free: bool,
 }
 
 /// Advances the velocities of one row by one sub-step.
@@ -242,8 +244,6 @@ pub fn advance(u: &mut [f32], v: &mut [f32], old: &VelocityRows<'_>, momentum: M
 
 /// [`advance`] of the living wash: film drives the water, thin film holds it back, and its speed has a limit.
 ///
-/// Returns the bits of the largest speed.
-///
 /// # Guarantees
 /// Faces of which nothing is kept become 0; no face is faster than the limit.
 pub fn advance_held(
@@ -253,19 +253,29 @@ pub fn advance_held(
     momentum: Momentum,
     hold: &Hold<'_>,
     run: Run,
-) -> i32 {
-    advance_held_kernel(u, v, old, momentum, hold, run)
+) {
+    if hold.is_free {
+        advance_held_kernel::<true>(u, v, old, momentum, hold, run);
+        u[run.first] = 0.0;
+    } else {
+        advance_held_kernel::<false>(u, v, old, momentum, hold, run);
+    }
+}
+
+/// Bits of the largest speed in one row.
+pub fn fastest(u: &[f32], v: &[f32], run: Run) -> i32 {
+    fastest_kernel(u, v, run)
 }
 
 #[multiversion(targets("x86_64+avx2"))]
-fn advance_held_kernel(
+fn advance_held_kernel<const FREE: bool>(
     u_new: &mut [f32],
     v_new: &mut [f32],
     old: &VelocityRows<'_>,
     momentum: Momentum,
     hold: &Hold<'_>,
     run: Run,
-) -> i32 {
+) {
     let Momentum { dt, viscosity, viscous_drag } = momentum;
     let (stiffness, limit) = (hold.stiffness, hold.speed_limit);
     let (first, n) = (run.first, run.len());
@@ -285,7 +295,7 @@ fn advance_held_kernel(
         let advection = 0.25 * (before * before - after * after) + (corner[i] - corner_below[i]);
         let laplacian = (u[i] + u[i + 2]) + (above[i] + below[i]) - 4.0 * here;
         let push = advection + viscosity * laplacian + stiffness * (p[i] - p[i + 1]) - viscous_drag * here; // D1
-        u_new[i] = held(here + dt * push, keep_u[i], limit);
+        u_new[i] = held::<FREE>(here + dt * push, keep_u[i], limit);
     }
     let v = &old.v[first - 1..][..n + 2];
     let (above, below) = (&old.v_above[first..][..n], &old.v_below[first..][..n]);
@@ -296,24 +306,17 @@ fn advance_held_kernel(
         let laplacian = (v[i] + v[i + 2]) + (above[i] + below[i]) - 4.0 * here;
         let push =
             advection + viscosity * laplacian + stiffness * (p_above[i] - p[i + 1]) - viscous_drag * here;
-        v_new[i] = held(here + dt * push, keep_v[i], limit);
+        v_new[i] = held::<FREE>(here + dt * push, keep_v[i], limit);
     }
-    // By itself: in the loops above it kept one of them from being vectors.
-    let mut fastest = 0;
-    for i in 0..n {
-        let bits = |x: f32| x.abs().to_bits() as i32;
-        fastest = fastest.max(bits(u_new[i]).max(bits(v_new[i])));
-    }
-    fastest
 }
 
 /// What is kept of a velocity, within the limit.
 #[inline(always)]
-fn held(velocity: f32, keep: f32, limit: f32) -> f32 {
-    let kept = velocity * keep;
+fn held<const FREE: bool>(velocity: f32, keep: f32, limit: f32) -> f32 {
+    let kept = if FREE { velocity } else { velocity * keep };
     let kept = if kept > limit { limit } else { kept };
     let kept = if kept < -limit { -limit } else { kept };
-    if keep > 0.0 { kept } else { 0.0 }
+    if FREE || keep > 0.0 { kept } else { 0.0 }
 }
 
 #[multiversion(targets("x86_64+avx2"))]

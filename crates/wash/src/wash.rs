@@ -127,6 +127,14 @@ impl Running {
             Self::Living(run) => &mut run.pools,
         }
     }
+
+    /// Whether no paper is wet, if the pools know.
+    fn is_dry(&self) -> Option<bool> {
+        match self {
+            Self::C97(run) => run.pools.is_dry(),
+            Self::Living(run) => run.pools.is_dry(),
+        }
+    }
 }
 
 /// A wash: its state, what it does, and its pigments.
@@ -276,7 +284,7 @@ impl Wash {
                 still_dry_faces(&mut self.state);
                 let pools = match config.engine {
                     Engine::Fast => Pools::new(&mut self.state, &task, threads),
-                    Engine::Reference => Pools::plain(&mut self.state, &task),
+                    Engine::Reference => Pools::reference(&mut self.state, &task),
                 };
                 match self.model {
                     WashModel::C97 { .. } => Running::C97(C97Run::new(pools)),
@@ -341,6 +349,9 @@ impl Wash {
 
     /// Whether no paper is wet; pores may still be damp.
     pub fn is_dry(&self) -> bool {
+        if let Some(is_dry) = self.kept.as_ref().and_then(Running::is_dry) {
+            return is_dry;
+        }
         let layout = self.state.layout();
         layout.rows().all(|row| self.state.wet_mask.row(row).iter().all(|&wet| wet == 0))
     }

@@ -74,6 +74,22 @@ fn cases() -> impl Strategy<Value = Case> {
     )
 }
 
+#[test]
+fn a_state_that_is_kept_has_the_pore_water() {
+    let case =
+        Case { width: 50, height: 37, seed: 3, factor: 4, wetness: 0.8, film: 0.6, damp: 0.9, pigments: 1 };
+    let mut wash = case.wash();
+    wash.run(20, &threads(1)).unwrap();
+    let water = wash.water().clone();
+    let state = wash.into_state();
+    for y in 0..37 {
+        for x in 0..50 {
+            assert_eq!(state.saturation.cells(y)[x], water.saturation.cells(y / 4)[x / 4], "{x}, {y}");
+        }
+    }
+    assert!(water.saturation.cells(4).iter().any(|&saturation| saturation > 0.0));
+}
+
 fn threads(threads: usize) -> RunConfig<'static> {
     RunConfig { threads, ..RunConfig::default() }
 }

@@ -100,7 +100,7 @@ fn try_run(case: &Case, steps: u64, engine: Engine, threads: usize) -> Result<Wa
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(60))]
 
-    /// The fast engine gives the plain one's bits.
+    /// The fast engine gives the reference's bits.
     #[test]
     fn engines_give_the_same_bits(case in cases()) {
         match (try_run(&case, 6, Engine::Fast, 1), try_run(&case, 6, Engine::Reference, 1)) {

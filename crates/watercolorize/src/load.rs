@@ -188,6 +188,7 @@ impl Planner<'_> {
     }
 
     /// Where a later wash is laid.
+    #[expect(clippy::too_many_arguments, reason = "all of them are rasters of one wash's plan")]
     fn shapes(
         &self,
         plan: &WashPlan,

@@ -40,12 +40,17 @@ fn what_a_file_lacks_is_said() {
 
 #[test]
 fn events_of_the_living_wash_are_no_c97_glaze_s() {
-    for event in ["do = 'tilt'\ndegrees = 20\n", "do = 'run'\nsteps = 3\nuntil = 'dry'\n"] {
+    let other = "[[glaze.events]]\ndo = 'run'\nsteps = 3\n";
+    for (event, line) in [("do = 'tilt'\ndegrees = 20\n", 11), ("do = 'run'\nsteps = 3\nuntil = 'dry'\n", 13)]
+    {
         let glaze = |model: &str| {
-            read(&format!("{SHEET}[[glaze]]\n[glaze.wash]\nmodel = '{model}'\n[[glaze.events]]\n{event}"))
+            let wash = format!("[glaze.wash]\nmodel = '{model}'\n");
+            read(&format!("{SHEET}[[glaze]]\n{wash}{other}[[glaze.events]]\n{event}{other}"))
         };
         assert!(glaze("living").is_ok());
-        assert!(glaze("c97").unwrap_err().message.contains("of the living wash"));
+        let problem = glaze("c97").unwrap_err();
+        assert!(problem.message.contains("of the living wash"));
+        assert_eq!(problem.line, line, "not that of the first event");
     }
     let dry = "[[glaze]]\n[[glaze.events]]\ndo = 'dry'\ndamp = [0.1, 0]\narea = { shape = 'everywhere' }\n";
     assert_eq!(read(&format!("{SHEET}{dry}")).unwrap_err().message, "`dry` has an `area` and `damp`");

@@ -127,9 +127,20 @@ impl CoarseWash {
         self.water.is_dry() && self.fine.is_dry()
     }
 
-    /// Pigment and all that it sees, to keep.
+    /// Pigment and all that it sees, to keep, with the pore water of the cells of the water in each of their fine ones.
     pub fn into_state(self) -> WashState {
-        self.fine.into_state()
+        let (factor, water) = (self.factor, self.water.into_state());
+        let mut state = self.fine.into_state();
+        for y in 0..state.layout().height() {
+            let coarse = water.saturation.cells(y / factor);
+            // Read before writing: pages of untouched paper stay untouched.
+            if coarse.iter().any(|&saturation| saturation != 0.0) {
+                for (x, saturation) in state.saturation.cells_mut(y).iter_mut().enumerate() {
+                    *saturation = coarse[x / factor];
+                }
+            }
+        }
+        state
     }
 
     /// Pigment and all that it sees: velocities and film as of the last step. Pore water is in [`CoarseWash::water`].
@@ -354,7 +365,7 @@ impl CoarseWash {
 
     /// Runs `steps` steps.
     ///
-    /// Nothing of `config` changes a bit of the result, nor does cutting a run in two. The plain engine runs the water
+    /// Nothing of `config` changes a bit of the result, nor does cutting a run in two. The reference engine runs the water
     /// only.
     ///
     /// # Errors

@@ -123,8 +123,7 @@ impl LivingRun {
         let relaxation = |fastest: f32| Relaxation::new(living.compressibility, fastest, living.scale);
         if n == 1 && living.stays_slow(drive, task.momentum.viscosity) {
             // However the flow turns out, it does not change the relaxation.
-            let found = self.relax(task, &relaxation(0.0), living.widenings, &[Stage::Advance(dt)]);
-            go_on(found.advanced, cancel)?;
+            let found = self.relax(task, &relaxation(0.0), living.widenings, &[Stage::AdvanceAlone(dt)]);
             return Ok(found_after(relaxation(0.0), found));
         }
         let mut stages = vec![Stage::Advance(dt)];

@@ -2,7 +2,7 @@
 //!
 //! A model is a list of passes, a pass a list of row stages ([`stage`]) that go down the rows together ([`pipeline`]).
 //! There is one mechanism for both models, and for both engines: the fast one runs whole passes in bands over the runs
-//! of wet cells of each pool; the plain one runs every routine by itself over the whole canvas. They give the same bits.
+//! of wet cells of each pool; the reference runs every routine by itself over the whole canvas. They give the same bits.
 
 pub mod c97;
 pub mod living;

@@ -46,7 +46,7 @@ pub struct Pool {
     /// No slope term of a wet face is larger.
     steepest: f32,
     /// Whether stages visit the whole canvas whatever is wet.
-    is_plain: bool,
+    is_reference: bool,
     /// Cells of the pool's own canvas that have become wet.
     joined: Vec<(usize, usize)>,
 }
@@ -128,7 +128,7 @@ impl Pool {
     }
 
     /// A pool whose stages visit the whole canvas, wet or dry, in one band.
-    pub fn plain(state: WashState, slope_height: Option<Field<f32>>, task: &Task) -> Self {
+    pub fn reference(state: WashState, slope_height: Option<Field<f32>>, task: &Task) -> Self {
         let canvas = Region::whole(state.layout());
         Self::over(state, slope_height, task, 1, [canvas.clone(), canvas], true)
     }
@@ -139,7 +139,7 @@ impl Pool {
         task: &Task,
         threads: usize,
         [wet, damp]: [Region; 2],
-        is_plain: bool,
+        is_reference: bool,
     ) -> Self {
         let layout = state.layout();
         let bands = if threads == 1 { 1 } else { threads * BANDS_PER_THREAD };
@@ -164,7 +164,7 @@ impl Pool {
             living,
             water: None,
             steepest: 0.0,
-            is_plain,
+            is_reference,
             joined: Vec::new(),
         };
         for row in pool.wet.active() {
@@ -237,7 +237,9 @@ impl Pool {
             share_all(&mut state.suspended, cuts, &mut halos.suspended, halo(Changes::SUSPENDED));
         let mut deposited =
             share_all(&mut state.deposited, cuts, &mut halos.deposited, halo(Changes::DEPOSITED));
-        let has_keep = stages.iter().any(|stage| matches!(stage, Stage::Keep(_) | Stage::Advance(_)));
+        let has_keep = stages
+            .iter()
+            .any(|stage| matches!(stage, Stage::Keep(_) | Stage::Advance(_) | Stage::AdvanceAlone(_)));
         let mut slope_height = None;
         let mut living_rows = self.living.as_mut().zip(task.living.as_ref()).map(|(fields, task)| {
             let [mobility_u, mobility_v] = &mut halos.mobility;
@@ -330,7 +332,7 @@ impl Pool {
     fn look_at_row(&mut self, task: &Task, row: usize) {
         // The row below asks whether this one is wet throughout.
         for row in row..=(row + 1).min(self.state.layout().rows().end - 1) {
-            if !self.is_plain {
+            if !self.is_reference {
                 self.wet.rescan(&self.state.wet_mask, row, |wet| wet != 0);
             }
             self.note_slope(task, row);

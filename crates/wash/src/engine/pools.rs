@@ -24,7 +24,7 @@ pub struct Pools {
     threads: usize,
     pools: Vec<Place>,
     /// Whether routines run one by one over the whole canvas, whatever is wet.
-    is_plain: bool,
+    is_reference: bool,
 }
 
 /// A pool and where it lies.
@@ -122,21 +122,21 @@ impl Pools {
             });
             parts.collect()
         };
-        Self { threads, pools, is_plain: false }
+        Self { threads, pools, is_reference: false }
     }
 
     /// The whole canvas as one pool whose routines run one by one.
-    pub fn plain(state: &mut WashState, task: &Task) -> Self {
+    pub fn reference(state: &mut WashState, task: &Task) -> Self {
         let band = task.living.as_ref().map_or(0.0, |living| living.slope_band);
         let canvas = state.layout();
         let slope_height = band_limited(&state.height, canvas.rows(), canvas.columns(), band);
-        let place = Place { pool: Pool::plain(lend(state), slope_height, task), part: None };
-        Self { threads: 1, pools: vec![place], is_plain: true }
+        let place = Place { pool: Pool::reference(lend(state), slope_height, task), part: None };
+        Self { threads: 1, pools: vec![place], is_reference: true }
     }
 
     /// Whether they were made for this engine and so many threads.
     pub fn are_for(&self, engine: Engine, threads: usize) -> bool {
-        self.is_plain == (engine == Engine::Reference) && self.threads == threads
+        self.is_reference == (engine == Engine::Reference) && self.threads == threads
     }
 
     /// Takes the water again after [`Pools::give_back`]; where it is wet must not have changed meanwhile.
@@ -195,7 +195,7 @@ impl Pools {
 
     /// Runs a pass over all pools.
     pub fn pass(&mut self, task: &Task, stages: &[Stage]) -> Found {
-        if !self.is_plain {
+        if !self.is_reference {
             return self.pass_over(task, stages);
         }
         // Routine by routine.
@@ -221,6 +221,15 @@ impl Pools {
         } else {
             pools.par_iter_mut().map(|place| work(&mut place.pool)).collect()
         }
+    }
+
+    /// Whether no paper is wet, if that is known without looking at all of it.
+    pub fn is_dry(&self) -> Option<bool> {
+        let is_wet = |place: &Place| {
+            let [mut wet, _] = place.pool.runs();
+            wet.next().is_some()
+        };
+        (!self.is_reference).then(|| !self.pools.iter().any(is_wet))
     }
 
     /// Whether there is any water in film or pores.

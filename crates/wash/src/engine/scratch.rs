@@ -1,6 +1,9 @@
 //! Rows that a band keeps for its stages while a pass goes down.
 
+use std::ops::Range;
+
 use super::rows::Rows;
+use crate::carry_packed::FluxRows;
 use crate::move_film::ShareRows;
 use crate::region::{Region, Run};
 
@@ -147,12 +150,60 @@ pub struct PoreScratch {
 /// What the packed transport of a pigment keeps.
 #[derive(Debug)]
 pub struct CarryScratch {
-    pub ring: Ring,
+    /// Fluxes through the faces between the cells of a row, above and below it.
+    pub across: Vec<f32>,
+    pub above: Vec<f32>,
+    pub below: Vec<f32>,
+    /// Slopes within the cells along the row, and down it within those of the row and of the one below.
+    pub slopes_across: Vec<f32>,
+    pub slopes: Vec<f32>,
+    pub slopes_below: Vec<f32>,
+}
+
+/// What the mixing of a pigment by itself keeps.
+#[derive(Debug)]
+pub struct MixScratch {
     pub across: Vec<f32>,
     pub above: Vec<f32>,
     pub below: Vec<f32>,
     /// The row whose upper faces `above` holds.
     pub above_row: usize,
+}
+
+/// What a row of faces does to any pigment.
+#[derive(Debug)]
+pub struct FluxScratch {
+    way: Vec<f32>,
+    lever: Vec<f32>,
+    mixing: Vec<f32>,
+}
+
+impl FluxScratch {
+    fn new(stride: usize) -> Self {
+        let row = || vec![0.0; stride];
+        Self { way: row(), lever: row(), mixing: row() }
+    }
+
+    /// That of some faces.
+    pub fn of(&self, faces: Range<usize>) -> FluxRows<'_> {
+        FluxRows {
+            way: &self.way[faces.clone()],
+            lever: &self.lever[faces.clone()],
+            mixing: &self.mixing[faces],
+        }
+    }
+
+    /// Closes two faces.
+    pub fn close(&mut self, faces: [usize; 2]) {
+        for face in faces {
+            (self.way[face], self.mixing[face]) = (0.0, 0.0);
+        }
+    }
+
+    /// That of some faces, to be found.
+    pub fn of_mut(&mut self, faces: Range<usize>) -> [&mut [f32]; 3] {
+        [&mut self.way, &mut self.lever, &mut self.mixing].map(|row| &mut row[faces.clone()])
+    }
 }
 
 /// Rows of u, v and pressure as they were.
@@ -191,8 +242,10 @@ pub struct Scratch {
     pub shares: Vec<ShareScratch>,
     /// Packed transport of each pigment.
     pub carry: Vec<CarryScratch>,
+    /// What faces do to all of them: those between the cells of a row, above and below it.
+    pub flux: [FluxScratch; 3],
     /// Mixing of each pigment by itself.
-    pub mix: Vec<CarryScratch>,
+    pub mix: Vec<MixScratch>,
     /// Room in each cell for more pigment.
     pub room: Recent,
     /// The row up to which `room` is known.
@@ -227,6 +280,7 @@ impl Scratch {
             solve: SolveScratch::default(),
             shares: Vec::new(),
             carry: Vec::new(),
+            flux: [(); 3].map(|()| FluxScratch::new(stride)),
             mix: Vec::new(),
             room: Recent::new(stride, 4),
             room_row: NONE,
@@ -251,10 +305,7 @@ impl Scratch {
         self.saved.rows.clear();
         self.saved.values.clear();
         self.room_row = NONE;
-        for carry in self.carry.iter_mut().chain(&mut self.mix) {
-            carry.ring.begin();
-            carry.above_row = NONE;
-        }
+        self.mix.iter_mut().for_each(|mix| mix.above_row = NONE);
     }
 
     /// Makes room for a solution of so many iterations and for so many widenings of shares.
@@ -277,18 +328,26 @@ impl Scratch {
 
     /// Packed transport of so many pigments.
     pub fn carry(&mut self, pigments: usize) {
-        for carry in [&mut self.carry, &mut self.mix] {
-            while carry.len() < pigments {
-                let row = || vec![0.0; self.stride];
-                carry.push(CarryScratch {
-                    ring: Ring::new(self.stride),
-                    across: row(),
-                    above: row(),
-                    below: row(),
-                    above_row: NONE,
-                });
-            }
-        }
+        let row = || vec![0.0; self.stride];
+        self.carry.resize_with(pigments.max(self.carry.len()), || CarryScratch {
+            across: row(),
+            above: row(),
+            below: row(),
+            slopes_across: row(),
+            slopes: row(),
+            slopes_below: row(),
+        });
+    }
+
+    /// Mixing of so many pigments.
+    pub fn mix(&mut self, pigments: usize) {
+        let row = || vec![0.0; self.stride];
+        self.mix.resize_with(pigments.max(self.mix.len()), || MixScratch {
+            across: row(),
+            above: row(),
+            below: row(),
+            above_row: NONE,
+        });
     }
 
     /// What a pass over the pores keeps.

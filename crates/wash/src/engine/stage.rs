@@ -15,8 +15,10 @@ pub enum Stage {
     AddSlope,
     /// Adds the paper's slope to the velocities, and notes nothing.
     AddSlopeAlone,
-    /// Advances the velocities by a sub-step of this length.
+    /// Advances the velocities by a sub-step of this length; the living wash notes the largest speed.
     Advance(f32),
+    /// Advances the velocities by a sub-step of this length, and notes nothing.
+    AdvanceAlone(f32),
     /// Exchanges pigment between water and paper.
     Transfer,
     /// Lets pore water creep; the number tells apart passes over the same field.
@@ -100,6 +102,7 @@ impl Stage {
         match self {
             Self::CarryPacked(_) => 2,
             Self::Advance(_)
+            | Self::AdvanceAlone(_)
             | Self::FindCorrection
             | Self::Sweep(_)
             | Self::GuardedSweep
@@ -140,7 +143,11 @@ impl Stage {
             | Self::Iterate { .. }
             | Self::Share(_)
             | Self::WidenShare(..) => Changes::NOTHING,
-            Self::AddSlope | Self::AddSlopeAlone | Self::Advance(_) | Self::Project { .. } => Changes::FLOW,
+            Self::AddSlope
+            | Self::AddSlopeAlone
+            | Self::Advance(_)
+            | Self::AdvanceAlone(_)
+            | Self::Project { .. } => Changes::FLOW,
             Self::Sweep(_) | Self::GuardedSweep => Changes::FLOW | Changes::PRESSURE,
             Self::FlowOutward | Self::MoveFilm(..) | Self::Evaporate => Changes::PRESSURE,
             Self::Carry(_) | Self::CarryPacked(_) | Self::MixAlong(_) | Self::MixDown(_) => {

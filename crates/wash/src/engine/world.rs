@@ -191,7 +191,8 @@ impl<'a> World<'a> {
         match stage {
             Stage::AddSlope => self.add_slope(row),
             Stage::AddSlopeAlone => self.add_slope_alone(row),
-            Stage::Advance(dt) => self.advance(row, dt),
+            Stage::Advance(dt) => self.advance(row, dt, true),
+            Stage::AdvanceAlone(dt) => self.advance(row, dt, false),
             Stage::FindCorrection => self.find_correction(row),
             Stage::Sweep(slot) => self.sweep(row, slot),
             Stage::GuardedSweep => self.guarded_sweep(row),

@@ -115,6 +115,8 @@ impl Pool {
             if joins {
                 wet_mask.row_mut(row)[x] = 1;
                 living.damp.row_mut(row)[x] = DAMP | EVER_DAMP;
+                // Where full pores counted as covered already, what dries at the edge is to be found anew all the same.
+                living.cover.row_mut(row)[x] = 0.0;
                 self.joined.push((row - Layout::TOP, x - Layout::LEFT));
                 living.needs_room |= !(living.within.0.contains(&row) && living.within.1.contains(&x));
                 if joined.last() != Some(&row) {
@@ -134,7 +136,7 @@ impl Pool {
 
     /// Finds anew the damp cells of a row.
     fn look_at_damp_row(&mut self, row: usize) {
-        if self.is_plain {
+        if self.is_reference {
             return;
         }
         let Some(living) = &self.living else { return };
@@ -201,7 +203,7 @@ impl Pool {
     pub fn look_again(&mut self, task: &Task) {
         let Some(living) = &mut self.living else { return };
         living.steps += 1;
-        let shrinks = living.steps.is_multiple_of(STEPS_TO_SHRINK) && !self.is_plain;
+        let shrinks = living.steps.is_multiple_of(STEPS_TO_SHRINK) && !self.is_reference;
         let changed = !living.changed_rows.is_empty();
         living.changed_rows.clear();
         if shrinks {

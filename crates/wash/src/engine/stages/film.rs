@@ -52,8 +52,10 @@ impl World<'_> {
         let q = &self.scratch.solve.q[iterations];
         let q = [q.row(row - 1), q.row(row)];
         let mobility = [living.mobility_u.row(row), living.mobility_v.row(row)];
+        let is_free = living.facts.is_free(row);
         for &run in runs {
-            project(self.u.row_mut(row), self.v.row_mut(row), q, mobility, stiffness, run);
+            let (u, v) = (self.u.row_mut(row), self.v.row_mut(row));
+            project(u, v, q, mobility, stiffness, run, is_free && run.all_wet);
         }
     }
 

@@ -9,7 +9,7 @@ impl World<'_> {
         let runs = self.wet_runs(row);
         let Some(living) = &self.living else { return };
         let faces = Faces { speed: self.u.row(row), mobility: living.mobility_u.row(row) };
-        self.scratch.carry(self.suspended.len());
+        self.scratch.mix(self.suspended.len());
         for (suspended, kept) in self.suspended.iter_mut().zip(&mut self.scratch.mix) {
             for &run in runs {
                 mix_along(suspended.row_mut(row), faces, &mut kept.across, mixing, run);
@@ -21,7 +21,7 @@ impl World<'_> {
         let (runs, runs_above) = (self.wet_runs(row), self.wet_runs(row - 1));
         let Some(living) = &self.living else { return };
         let faces = |row: usize| Faces { speed: self.v.row(row), mobility: living.mobility_v.row(row) };
-        self.scratch.carry(self.suspended.len());
+        self.scratch.mix(self.suspended.len());
         for (suspended, kept) in self.suspended.iter_mut().zip(&mut self.scratch.mix) {
             for &run in runs {
                 if kept.above_row != row {

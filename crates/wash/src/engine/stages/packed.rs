@@ -2,21 +2,24 @@
 
 use girtin_grid::Layout;
 
-use crate::carry_packed::{FaceRows, Spread, clear_closed, flux, flux_upstream, gather, room};
+use crate::carry_packed::{
+    FaceRows, Spread, clear_closed, flux, flux_and_slopes, flux_upstream, gather, prepare, room, slopes,
+};
 use crate::engine::rows::Rows;
-use crate::engine::scratch::{CarryScratch, Recent};
-use crate::engine::world::{LivingRows, World};
+use crate::engine::scratch::{CarryScratch, FluxScratch};
+use crate::engine::world::World;
 use crate::region::{Region, Run};
 
 impl World<'_> {
     pub fn carry_packed(&mut self, row: usize, dt: f32) {
         let wet = self.wet;
         let Some(living) = &self.living else { return };
+        let runs = wet.runs(row);
         self.scratch.carry(self.suspended.len());
-        let layout = self.height.layout();
         let scratch = &mut *self.scratch;
         // Room in the rows above, here and below, from the amounts before this sub-step.
-        let known = if scratch.room_row == row { row + 1 } else { row - 1 };
+        let is_first = scratch.room_row != row;
+        let known = if is_first { row - 1 } else { row + 1 };
         for row in known..=row + 1 {
             let amounts: Vec<&[f32]> =
                 self.suspended.iter().chain(&self.deposited).map(|field| field.row(row)).collect();
@@ -25,56 +28,90 @@ impl World<'_> {
             }
         }
         scratch.room_row = row + 1;
-        let spread = Spread { dt, diffusion: living.task.diffusion * dt, dispersion: living.task.dispersion };
+        let is_upstream = living.task.is_mixed_apart;
+        let spread = match is_upstream {
+            true => Spread { dt, diffusion: 0.0, dispersion: 0.0 },
+            false => Spread { dt, diffusion: living.task.diffusion * dt, dispersion: living.task.dispersion },
+        };
+        // Facts of a neighbour's rows may be changing.
+        let is_free = |row: usize| self.own.contains(&row) && living.facts.is_free(row);
+        let (free_row, free_below) = (is_free(row), is_free(row + 1));
+        let [of_across, of_above, of_below] = &mut scratch.flux;
+        for &run in runs {
+            let (faces, room) = (run.first..run.end + 1, scratch.room.row(row));
+            let is_free = free_row && run.all_wet;
+            let across = FaceRows {
+                room: [&room[run.first - 1..], &room[run.first..]],
+                speed: &self.u.row(row)[faces.clone()],
+                mobility: (!is_free).then_some(&living.mobility_u.row(row)[faces.clone()]),
+            };
+            prepare(of_across.of_mut(faces), &across, spread);
+            if is_free {
+                // Nothing is exchanged with the dry cells at its ends.
+                of_across.close([run.first, run.end]);
+            }
+            let columns = run.first..run.end;
+            let down = |row: usize, is_free: bool| FaceRows {
+                room: [row - 1, row].map(|row| &scratch.room.row(row)[columns.clone()]),
+                speed: &self.v.row(row)[columns.clone()],
+                mobility: (!is_free).then_some(&living.mobility_v.row(row)[columns.clone()]),
+            };
+            let is_free = free_below && wet.runs(row + 1).iter().any(|below| below.covers(run));
+            prepare(of_below.of_mut(columns.clone()), &down(row + 1, is_free), spread);
+            if is_first {
+                prepare(of_above.of_mut(columns.clone()), &down(row, false), spread);
+            }
+        }
+        let carrying = Carrying {
+            layout: self.height.layout(),
+            wet,
+            mobility_above: living.mobility_v.row(row),
+            flux: &scratch.flux,
+            is_first,
+            is_upstream,
+        };
         for (suspended, kept) in self.suspended.iter_mut().zip(&mut scratch.carry) {
-            let faces = Faces { layout, wet, living, u: &self.u, v: &self.v, room: &scratch.room, spread };
-            faces.carry(row, suspended, kept);
+            carrying.carry(row, suspended, kept);
         }
     }
 }
 
 /// Everything that decides on fluxes but the pigment itself.
 #[derive(Clone, Copy)]
-struct Faces<'a> {
+struct Carrying<'a> {
     layout: Layout,
     wet: &'a Region,
-    living: &'a LivingRows<'a>,
-    u: &'a Rows<'a, f32>,
-    v: &'a Rows<'a, f32>,
-    room: &'a Recent,
-    spread: Spread,
+    /// Of the faces above the row.
+    mobility_above: &'a [f32],
+    /// Of the faces between its cells, above and below it.
+    flux: &'a [FluxScratch; 3],
+    /// Whether the pass begins at this row.
+    is_first: bool,
+    is_upstream: bool,
 }
 
-impl Faces<'_> {
+impl Carrying<'_> {
     fn carry(&self, row: usize, suspended: &mut Rows<'_, f32>, kept: &mut CarryScratch) {
         let runs = self.wet.runs(row);
-        kept.ring.take(self.wet, row, suspended);
-        // Beyond the canvas' edge lies what lies at it: no slope there.
-        let columns = self.layout.columns();
-        let here = &mut kept.ring.here.values;
-        here[columns.start - 1] = here[columns.start];
-        here[columns.end] = here[columns.end - 1];
-        let (above, here) = (&kept.ring.above.values[..], &kept.ring.here.values[..]);
-        if kept.above_row != row {
-            let far = suspended.row(self.inside(row - 1, row.saturating_sub(2)));
-            let below = suspended.row(row + 1);
-            for &run in runs {
-                self.down(row, [far, above, here, below], &mut kept.above, run);
+        let [across, above, below] = self.flux;
+        if self.is_first {
+            if !self.is_upstream {
+                let cells = [self.inside(row - 1, row.saturating_sub(2)), row - 1, row];
+                find_slopes(&mut kept.slopes_below, cells.map(|row| suspended.row(row)), runs);
             }
-        } else if runs != self.wet.runs(row - 1) {
+            self.fall(row, suspended, above, kept, runs);
+        }
+        self.fall(row + 1, suspended, below, kept, runs);
+        if !self.is_first && runs != self.wet.runs(row - 1) {
             // Nothing flows from cells that are dry in the row above; there no flux was found.
-            for &run in runs {
+            for run in runs {
                 let columns = run.first..run.end;
-                let mobility = &self.living.mobility_v.row(row)[columns.clone()];
-                clear_closed(&mut kept.above[columns], mobility);
+                clear_closed(&mut kept.above[columns.clone()], &self.mobility_above[columns]);
             }
         }
-        let below = suspended.row(row + 1);
-        let far_below = suspended.row(self.inside(row + 1, row + 2));
-        let far_above = if self.layout.rows().contains(&(row - 1)) { above } else { here };
+        let cells = suspended.row(row);
         for &run in runs {
-            self.down(row + 1, [far_above, here, below, far_below], &mut kept.below, run);
-            self.across(row, here, &mut kept.across, run);
+            self.across(cells, across, kept, run);
         }
         let amounts = suspended.row_mut(row);
         for run in runs {
@@ -86,45 +123,66 @@ impl Faces<'_> {
                 &kept.below[columns],
             );
         }
+    }
+
+    /// Fluxes through the faces above row `row`, which are from now on those below; the last ones are above.
+    fn fall(
+        &self,
+        row: usize,
+        suspended: &Rows<'_, f32>,
+        faces: &FluxScratch,
+        kept: &mut CarryScratch,
+        runs: &[Run],
+    ) {
         std::mem::swap(&mut kept.above, &mut kept.below);
-        kept.above_row = row + 1;
-    }
-
-    /// The row two away from a face if it is on the canvas, else the one beside the face.
-    fn inside(&self, beside: usize, far: usize) -> usize {
-        if self.layout.rows().contains(&far) { far } else { beside }
-    }
-
-    /// Fluxes through the faces above row `row`; cells are those of rows −2, −1, 0 and +1 from it.
-    fn down(&self, row: usize, cells: [&[f32]; 4], out: &mut [f32], run: Run) {
-        let columns = run.first..run.end;
-        let faces = FaceRows {
-            cells: cells.map(|cells| &cells[columns.clone()]),
-            room: [row - 1, row].map(|row| &self.room.row(row)[columns.clone()]),
-            speed: &self.v.row(row)[columns.clone()],
-            mobility: &self.living.mobility_v.row(row)[columns.clone()],
-        };
-        self.flux(&mut out[columns], &faces);
+        std::mem::swap(&mut kept.slopes, &mut kept.slopes_below);
+        // Beyond the canvas' edge lies what lies at it: no slope there.
+        let cells = [self.inside(row, row - 1), row, self.inside(row, row + 1)].map(|row| suspended.row(row));
+        let runs_below = self.wet.runs(row);
+        if !self.is_upstream && runs != runs_below {
+            find_slopes(&mut kept.slopes_below, cells, runs_below);
+        }
+        for run in runs {
+            let columns = run.first..run.end;
+            let (out, cells) = (&mut kept.below[columns.clone()], cells.map(|cells| &cells[columns.clone()]));
+            let rows = faces.of(columns.clone());
+            if self.is_upstream {
+                flux_upstream(out, rows.way, [cells[0], cells[1]]);
+            } else {
+                let slopes_below = &mut kept.slopes_below[columns.clone()];
+                flux_and_slopes(out, slopes_below, &rows, cells, &kept.slopes[columns]);
+            }
+        }
     }
 
     /// Fluxes through the faces before each cell of a run and behind its last.
-    fn across(&self, row: usize, cells: &[f32], out: &mut [f32], run: Run) {
+    fn across(&self, cells: &[f32], between: &FluxScratch, kept: &mut CarryScratch, run: Run) {
         let faces = run.first..run.end + 1;
-        let room = self.room.row(row);
-        let rows = FaceRows {
-            cells: [run.first - 2, run.first - 1, run.first, run.first + 1].map(|first| &cells[first..]),
-            room: [&room[run.first - 1..], &room[run.first..]],
-            speed: &self.u.row(row)[faces.clone()],
-            mobility: &self.living.mobility_u.row(row)[faces.clone()],
-        };
-        self.flux(&mut out[faces], &rows);
+        let (out, rows) = (&mut kept.across[faces.clone()], between.of(faces));
+        let beside = [&cells[run.first - 1..], &cells[run.first..]];
+        if self.is_upstream {
+            return flux_upstream(out, rows.way, beside);
+        }
+        let kept_slopes = &mut kept.slopes_across;
+        let beside_each = [run.first - 2, run.first - 1, run.first].map(|first| &cells[first..]);
+        slopes(&mut kept_slopes[run.first - 1..run.end + 1], beside_each);
+        // Nor at the ends of the row.
+        let columns = self.layout.columns();
+        kept_slopes[columns.start] = 0.0;
+        kept_slopes[columns.end - 1] = 0.0;
+        flux(out, &rows, beside, [&kept_slopes[run.first - 1..], &kept_slopes[run.first..]]);
     }
 
-    fn flux(&self, out: &mut [f32], faces: &FaceRows<'_>) {
-        if self.living.task.is_mixed_apart {
-            flux_upstream(out, faces, self.spread);
-        } else {
-            flux(out, faces, self.spread);
-        }
+    /// The row beyond another one if it is on the canvas, else that one.
+    fn inside(&self, beside: usize, far: usize) -> usize {
+        if self.layout.rows().contains(&far) { far } else { beside }
+    }
+}
+
+/// Slopes within the cells of the middle one of three rows.
+fn find_slopes(out: &mut [f32], cells: [&[f32]; 3], runs: &[Run]) {
+    for run in runs {
+        let columns = run.first..run.end;
+        slopes(&mut out[columns.clone()], cells.map(|cells| &cells[columns.clone()]));
     }
 }

@@ -9,7 +9,7 @@ use crate::move_pigment::outflow_speeds;
 use crate::relax_divergence::{CorrectionRows, FlowRows, apply, divergence};
 use crate::update_velocities::{
     FilmRows, Hold, SlopeRows, VelocityRows, add_slope, add_slope_alone, add_slope_tilted, advance,
-    advance_held, corner_products, drive,
+    advance_held, corner_products, drive, fastest,
 };
 
 /// The faces around the cells of a row. Takes the fields and not the world, whose other fields may be changed meanwhile.
@@ -65,7 +65,7 @@ impl World<'_> {
         }
     }
 
-    pub fn advance(&mut self, row: usize, dt: f32) {
+    pub fn advance(&mut self, row: usize, dt: f32, is_noted: bool) {
         let runs = self.wet_runs(row);
         let kept = &mut self.scratch.advance;
         kept.u.take(self.wet, row, &self.u);
@@ -107,9 +107,12 @@ impl World<'_> {
                         keep_v: keep_v.row(row),
                         stiffness: living.task.stiffness,
                         speed_limit: living.task.speed_limit,
+                        is_free: dt == 1.0 && living.facts.is_free(row) && run.all_wet,
                     };
-                    let fastest = advance_held(u_here, v_here, &old, momentum, &hold, run);
-                    self.found.advanced = self.found.advanced.max(fastest);
+                    advance_held(u_here, v_here, &old, momentum, &hold, run);
+                    if is_noted {
+                        self.found.advanced = self.found.advanced.max(fastest(u_here, v_here, run));
+                    }
                 }
             }
         }
