@@ -165,7 +165,7 @@ fn a_dry_run_tells_and_does_nothing() {
     let folder = studio();
     let before = folder.files();
     let plan = paint(&folder, "photo.png a.png --dry-run --layers a.ora --stages st").fine().text();
-    for word in ["48 × 32", "53 × 3", "a.png", "sepia, cerulean-blue", "memory", "time"] {
+    for word in ["48 × 32", "52 × 36", "a.png", "sepia, cerulean-blue", "memory", "time"] {
         assert!(plan.contains(word), "{word}: {plan}");
     }
     let told = paint(&folder, "photo.png a.png --dry-run --json").fine().json();
