@@ -1,5 +1,7 @@
 //! A plain rectangle of values.
 
+use rayon::prelude::*;
+
 /// Values on a rectangle of cells, row-major, without padding: `data[y * width + x]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Raster<T> {
@@ -25,6 +27,17 @@ impl<T: Copy> Raster<T> {
         for y in 0..height {
             data.extend((0..width).map(|x| value(x, y)));
         }
+        Self { width, height, data }
+    }
+
+    /// [`Raster::from_fn`] on all threads, row by row.
+    pub fn by_rows(width: usize, height: usize, value: impl Fn(usize, usize) -> T + Sync) -> Self
+    where
+        T: Send,
+    {
+        let value = &value;
+        let rows = (0..height).into_par_iter();
+        let data = rows.flat_map_iter(|y| (0..width).map(move |x| value(x, y))).collect();
         Self { width, height, data }
     }
 

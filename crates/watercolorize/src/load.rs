@@ -52,25 +52,22 @@ impl Planner<'_> {
         let source = &self.study.abstractions[(plan.abstraction + 0.5) as usize];
         let steps = regions::steps(source, self.study.cells(0.008));
         // A blurred edge is no wall, however far its sides are apart.
-        let hard = Raster::from_fn(width, height, |x, y| steps.at(x, y) * self.study.sharp.at(x, y));
-        let walls = regions(
-            source,
-            &hard,
-            &Finding {
-                scale: plan.scale,
-                least_cells: (plan.least_region * params.simplification * area) as usize,
-                rounding: self.study.cells(plan.rounding),
-                least_step: plan.least_step * params.edge_threshold as f32,
-            },
-        );
-        let open = Raster::from_fn(width, height, |x, y| {
+        let hard = Raster::by_rows(width, height, |x, y| steps.at(x, y) * self.study.sharp.at(x, y));
+        let finding = Finding {
+            scale: plan.scale,
+            least_cells: (plan.least_region * params.simplification * area) as usize,
+            rounding: self.study.cells(plan.rounding),
+            least_step: plan.least_step * params.edge_threshold as f32,
+        };
+        let (walls, mut wanted) =
+            rayon::join(|| regions(source, &hard, &finding), || self.wanted(plan, index, lightest));
+        let open = Raster::by_rows(width, height, |x, y| {
             u8::from(self.study.inside.at(x, y) > 0.0 && self.study.bare.at(x, y) == 0)
         });
-        let mut wanted = self.wanted(plan, index, lightest);
         let under = self.seen(&walls, &open);
         let under_lab = under.map(lab);
         let even = within(&wanted, &walls, self.study.cells(plan.flat_over));
-        wanted = Raster::from_fn(width, height, |x, y| {
+        wanted = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
             let flat = flat * (1.0 - 0.8 * smoothstep(steps.at(x, y), 8.0, 20.0));
@@ -78,7 +75,7 @@ impl Planner<'_> {
             let left = if index > 0 { params.economy as f32 * freedom * (1.0 - exact) } else { 0.0 };
             mixed(wanted, under_lab.at(x, y), left.min(1.0))
         });
-        let missing = Raster::from_fn(width, height, |x, y| lacking(wanted.at(x, y), under_lab.at(x, y)));
+        let missing = Raster::by_rows(width, height, |x, y| lacking(wanted.at(x, y), under_lab.at(x, y)));
         let flat = steps.map(|step| 1.0 - smoothstep(step, 3.0, 8.0));
         let flat = gaussian_plane(&flat, self.study.cells(0.006));
         let charge = plan.charge * params.charging as f32 * freedom.min(1.0);
@@ -103,14 +100,14 @@ impl Planner<'_> {
         let amplitude = (self.study.cells(0.0020) * params.wobble * first) as f32;
         let stray =
             noise::<2>(self.study.seed, &stage("wobble"), self.study.mount.size, self.study.cells(0.025));
-        let stray = Raster::from_fn(width, height, |x, y| {
+        let stray = Raster::by_rows(width, height, |x, y| {
             stray.at(x, y).map(|by| by * amplitude * (1.0 - 0.9 * self.study.exact.at(x, y)))
         });
         let hardness = self.study.hardness(&steps);
         let shapes = if index == 0 {
             open.clone()
         } else {
-            let meant = Raster::from_fn(width, height, |x, y| {
+            let meant = Raster::by_rows(width, height, |x, y| {
                 let wanted = wanted.at(x, y);
                 lacking(wanted, lifted(wanted, before))
             });
@@ -144,7 +141,7 @@ impl Planner<'_> {
         let (low, part) = (plan.abstraction as usize, plan.abstraction.fract() as f32);
         let last = self.study.abstractions.len() - 1;
         let (a, b) = (&self.study.abstractions[low.min(last)], &self.study.abstractions[(low + 1).min(last)]);
-        let mut wanted = Raster::from_fn(a.width(), a.height(), |x, y| {
+        let mut wanted = Raster::by_rows(a.width(), a.height(), |x, y| {
             let (a, b) = (a.at(x, y), b.at(x, y));
             let color = tones.of([0, 1, 2].map(|c: usize| a[c] + part * (b[c] - a[c])));
             if plan.level > 0.0 { lifted(color, lightest) } else { color }
@@ -165,12 +162,12 @@ impl Planner<'_> {
     fn seen(&self, walls: &Regions, open: &Raster<u8>) -> Colors {
         let current = self.current.map(|color| color.0.map(|channel| channel as f32));
         let freedom = self.study.params.freedom();
-        let walled = Raster::from_fn(walls.width(), walls.height(), |x, y| {
+        let walled = Raster::by_rows(walls.width(), walls.height(), |x, y| {
             if open.at(x, y) != 0 { walls.at(x, y) } else { u32::MAX }
         });
         let blind = within(&current, &walled, self.study.cells(0.007 * freedom));
         let near = within(&current, &open.map(u32::from), self.study.cells(0.002));
-        Raster::from_fn(walls.width(), walls.height(), |x, y| {
+        Raster::by_rows(walls.width(), walls.height(), |x, y| {
             mixed(blind.at(x, y), near.at(x, y), self.study.exact.at(x, y))
         })
     }
@@ -179,9 +176,9 @@ impl Planner<'_> {
     /// away only, as shapes of their unevenness would be islands that nothing in the photograph explains.
     fn calmed(&self, missing: &Plane, meant: &Plane, walls: &Regions, flat: &Plane) -> Plane {
         let [width, height] = self.study.mount.size;
-        let besides = Raster::from_fn(width, height, |x, y| [missing.at(x, y) - meant.at(x, y)]);
+        let besides = Raster::by_rows(width, height, |x, y| [missing.at(x, y) - meant.at(x, y)]);
         let far = within(&besides, walls, self.study.cells(0.06));
-        Raster::from_fn(width, height, |x, y| {
+        Raster::by_rows(width, height, |x, y| {
             let (near, far) = (missing.at(x, y), meant.at(x, y) + far.at(x, y)[0]);
             near + flat.at(x, y) * (far - near)
         })
@@ -213,7 +210,7 @@ impl Planner<'_> {
                 self.study.inside.at(x, y) + self.study.cells(0.0016) as f32 * (border.at(x, y) - 0.4);
             open.at(x, y) != 0 && inside > 0.0
         };
-        let mask = Raster::from_fn(width, height, |x, y| {
+        let mask = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let need = missing.at(x, y)[0] + 0.9 * chance.at(x, y) * (1.0 - 0.8 * exact);
             let least = 4.0 - 1.0 * exact + 3.0 * simpler * (1.0 - exact);
@@ -228,7 +225,7 @@ impl Planner<'_> {
         let round = gaussian_plane(&mask, self.study.cells(0.8 * plan.need_over));
         // A dry brush skips over hollows at the edges of its mark, and still touches peaks beside it.
         let dragged = gaussian_plane(&mask, self.study.cells(0.005));
-        Raster::from_fn(width, height, |x, y| {
+        Raster::by_rows(width, height, |x, y| {
             let dry = (params.drybrush as f32 * self.study.rough.at(x, y)).min(1.0);
             let touched = dragged.at(x, y) + 0.9 * (self.paper.at(x, y) - 0.5);
             let there = round.at(x, y) + dry * (touched - round.at(x, y));
@@ -246,7 +243,7 @@ impl Planner<'_> {
         index: usize,
     ) -> (Raster<u8>, Plane) {
         let wetness = self.study.params.wetness as f32;
-        let soft = Raster::from_fn(shapes.width(), shapes.height(), |x, y| {
+        let soft = Raster::by_rows(shapes.width(), shapes.height(), |x, y| {
             let hard = smoothstep(hardness.at(x, y) / wetness.max(0.2), 0.15, 0.5);
             ((1.0 - hard) * (1.0 - 0.8 * self.study.exact.at(x, y))).clamp(0.0, 1.0)
                 * (plan.softness * wetness).min(1.0)
@@ -255,7 +252,7 @@ impl Planner<'_> {
             return (shapes.clone(), soft);
         }
         let reach = gaussian_plane(&shapes.map(f32::from), self.study.cells(0.0045 * f64::from(wetness)));
-        let painted = Raster::from_fn(shapes.width(), shapes.height(), |x, y| {
+        let painted = Raster::by_rows(shapes.width(), shapes.height(), |x, y| {
             let reached = reach.at(x, y) > 0.03 && soft.at(x, y) > 0.3;
             u8::from(open.at(x, y) != 0 && (shapes.at(x, y) != 0 || reached))
         });
@@ -294,7 +291,7 @@ impl Planner<'_> {
             return amounts;
         }
         // Shapes step instead of fading in, except where the photograph is soft.
-        let masked = Raster::from_fn(width, height, |x, y| {
+        let masked = Raster::by_rows(width, height, |x, y| {
             let there = f32::from(shapes.at(x, y));
             let mut cell = [0.0; MOST + 1];
             cell[..MOST].copy_from_slice(&amounts.at(x, y).map(|amount| amount * there));
@@ -303,7 +300,7 @@ impl Planner<'_> {
         });
         let even = within(&masked, numbered, self.study.cells(0.02));
         let faded = gaussian(&masked, self.study.cells(0.0055 * params.wetness));
-        Raster::from_fn(width, height, |x, y| {
+        Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let (own, even, faded) = (amounts.at(x, y), even.at(x, y), faded.at(x, y));
             let step = params.stepping as f32 * (1.0 - 0.7 * exact);
@@ -324,7 +321,7 @@ impl Planner<'_> {
         let uneven =
             plane(self.study.seed, &format!("water {index}"), self.study.mount.size, self.study.cells(0.1));
         let much = 0.2 * params.turbulence as f32;
-        Raster::from_fn(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
+        Raster::by_rows(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
             let film = plan.film * params.wetness.clamp(0.4, 1.6) as f32;
             // Where nothing is hard, less water stands; detail is painted with a nearly dry brush.
             let hard = 0.7 + 0.3 * hardness.at(x, y);

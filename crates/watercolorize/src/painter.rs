@@ -258,7 +258,7 @@ impl<'a> Painter<'a> {
         ];
         let mut pigments = Vec::new();
         for k in 0..self.pigments.len() {
-            let mut amounts = Raster::from_fn(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
+            let mut amounts = Raster::by_rows(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
                 let uneven = 1.0 + turbulence * (0.7 * long.at(x, y) + 0.25 * short.at(x, y));
                 let there = f32::from(u8::from(load.shapes.at(x, y) != 0));
                 load.amounts.at(x, y)[k] * uneven.clamp(0.4, 1.7) * there

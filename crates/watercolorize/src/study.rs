@@ -119,13 +119,13 @@ impl<'a> Study<'a> {
         let is_white = |[l, a, b]: [f32; 3], least: f32| l > least && libm::hypotf(a, b) < 7.0;
         // Fine lights are white by themselves where all is exact; elsewhere only in what is white at large. What is written
         // on white is never white.
-        let white = Raster::from_fn(width, height, |x, y| {
+        let white = Raster::by_rows(width, height, |x, y| {
             let at_large = is_white(broad.at(x, y), 94.0) || self.exact.at(x, y) > 0.3;
             f32::from(u8::from(at_large && is_white(finest.at(x, y), 92.5)))
         });
         let sharp = white.map(|white| u8::from(white > 0.5));
         let round = gaussian_plane(&white, self.cells(0.003)).map(|white| u8::from(white > 0.5));
-        let white = Raster::from_fn(width, height, |x, y| {
+        let white = Raster::by_rows(width, height, |x, y| {
             if self.exact.at(x, y) > 0.3 { sharp.at(x, y) } else { round.at(x, y) & sharp.at(x, y) }
         });
         let least = self.exact.map(|exact| self.area(1.5e-4) as f32 * (1.05 - exact));
@@ -179,7 +179,7 @@ impl<'a> Study<'a> {
         let light = gaussian(&self.abstractions[1], self.cells(0.004));
         let loose = gaussian_plane(&self.exact, self.cells(0.01));
         let reach = self.cells(0.0022) as f32 * much;
-        let there = Raster::from_fn(width, height, |x, y| {
+        let there = Raster::by_rows(width, height, |x, y| {
             let chance = (chance.at(x, y) - 0.9).clamp(0.0, 1.2);
             let loose = smoothstep(-loose.at(x, y), -0.4, -0.08);
             let is_light = light.at(x, y)[0] > 45.0 && self.distance.at(x, y) < -self.cells(0.02) as f32;
@@ -221,7 +221,7 @@ impl<'a> Study<'a> {
         let stray = noise::<2>(self.seed, "ink wobble", mount.size, mount.cells(0.02));
         let lines = warped(&lines.map(|line| [line]), &stray.map(|by| by.map(|by| by * amplitude)));
         let pressure = plane(self.seed, "ink pressure", mount.size, mount.cells(0.02));
-        Raster::from_fn(width, height, |x, y| {
+        Raster::by_rows(width, height, |x, y| {
             let pressure = (0.85 + 0.3 * pressure.at(x, y)).clamp(0.25, 1.0);
             let there = f32::from(u8::from(inside.at(x, y) > coarse.cells(0.002) as f32));
             (lines.at(x, y)[0] * pressure * there * 0.92).clamp(0.0, 1.0)
@@ -235,7 +235,7 @@ fn sharpness(photo: &Colors, mount: &Mount) -> Plane {
         // Off an edge it is still that edge which is judged.
         most_within(&regions::steps(photo, distance), mount.cells(0.006) as usize)
     });
-    let sharp = Raster::from_fn(photo.width(), photo.height(), |x, y| {
+    let sharp = Raster::by_rows(photo.width(), photo.height(), |x, y| {
         smoothstep(near.at(x, y) / far.at(x, y).max(1.0), SHARP[0], SHARP[1])
     });
     gaussian_plane(&sharp, mount.cells(0.004))
@@ -245,22 +245,22 @@ fn sharpness(photo: &Colors, mount: &Mount) -> Plane {
 fn most_within(plane: &Plane, radius: usize) -> Plane {
     let (width, height) = (plane.width(), plane.height());
     let most = |values: &mut dyn Iterator<Item = f32>| values.fold(f32::NEG_INFINITY, f32::max);
-    let along = Raster::from_fn(width, height, |x, y| {
+    let along = Raster::by_rows(width, height, |x, y| {
         most(&mut plane.row(y)[x.saturating_sub(radius)..(x + radius + 1).min(width)].iter().copied())
     });
-    Raster::from_fn(width, height, |x, y| {
+    Raster::by_rows(width, height, |x, y| {
         most(&mut (y.saturating_sub(radius)..(y + radius + 1).min(height)).map(|y| along.at(x, y)))
     })
 }
 
 /// Where the photograph is rough, and nothing exact: rock, foliage, rippled water. 0 to 1.
 fn roughness(fine: &Colors, broad: &Colors, exact: &Plane, mount: &Mount) -> Plane {
-    let texture = Raster::from_fn(fine.width(), fine.height(), |x, y| {
+    let texture = Raster::by_rows(fine.width(), fine.height(), |x, y| {
         let off = fine.at(x, y)[0] - broad.at(x, y)[0];
         off * off
     });
     let texture = gaussian_plane(&texture, mount.cells(0.012));
-    Raster::from_fn(fine.width(), fine.height(), |x, y| {
+    Raster::by_rows(fine.width(), fine.height(), |x, y| {
         let rough = smoothstep(texture.at(x, y).max(0.0).sqrt(), 2.0, 7.0);
         rough * (1.0 - 0.9 * exact.at(x, y))
     })
