@@ -198,12 +198,8 @@ pub fn voted_as_seen<L: Copy + PartialEq + Send + Sync>(
     sigma: f64,
 ) -> (Raster<L>, Raster<f32>) {
     let (width, height) = (labels.width(), labels.height());
-    let cells: Vec<(L, f32)> = (0..height)
-        .into_par_iter()
-        .flat_map_iter(|y| (0..width).map(move |x| beside(labels, lab, x, y)))
-        .collect();
-    let beside = Raster::from_vec(width, height, cells);
-    voted_in_parts(labels, beside.as_ref(), sigma)
+    let beside = Raster::by_rows(width, height, |x, y| beside(labels, lab, x, y));
+    voted_in_parts(labels, Some(&beside), sigma)
 }
 
 /// Distance between the colors of two sides, Lab, from which and up to which a cell's own color tells how it is shared.

@@ -6,6 +6,7 @@ use super::MatteGlazes;
 use super::stretch::stretched;
 use super::target_glaze::WETTED;
 use crate::mattes::Matte;
+use crate::regions::dilated;
 
 /// How far from the other matte pigment piles up along a seam, cells: as far as a bead that the flow outward makes.
 const REACH: usize = 3;
@@ -37,17 +38,9 @@ impl Seams {
                 cells.for_each(|((beside, other), own)| *beside |= other & !own);
             }
         }
-        let near = grown(&beside);
-        Raster::from_fn(own.width(), own.height(), |x, y| own.at(x, y) && near.at(x, y))
+        let near = dilated(&beside.map(u8::from), REACH);
+        Raster::from_fn(own.width(), own.height(), |x, y| own.at(x, y) && near.at(x, y) != 0)
     }
-}
-
-/// The cells no farther than [`REACH`] columns and rows from one.
-fn grown(cells: &Raster<bool>) -> Raster<bool> {
-    let (width, height) = (cells.width(), cells.height());
-    let span = |at: usize, of: usize| at.saturating_sub(REACH)..(at + REACH + 1).min(of);
-    let along = Raster::from_fn(width, height, |x, y| cells.row(y)[span(x, width)].contains(&true));
-    Raster::from_fn(width, height, |x, y| span(y, height).any(|y| along.at(x, y)))
 }
 
 #[cfg(test)]
