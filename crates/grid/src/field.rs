@@ -8,6 +8,8 @@
 
 use std::ops::Range;
 
+use crate::aligned::Aligned;
+
 /// Where the cells of a canvas lie in memory.
 ///
 /// Rows and columns of a [`Field`] count from the border's corner: the canvas begins at row [`Layout::TOP`] and
@@ -69,23 +71,22 @@ impl Layout {
 }
 
 /// Values on a canvas and its border, row-major.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Field<T> {
     layout: Layout,
-    data: Vec<T>,
+    data: Aligned<T>,
 }
 
-impl Field<f32> {
+impl<T: Copy + Default> Field<T> {
     /// A field of zeros.
     pub fn zeroed(layout: Layout) -> Self {
-        Self { layout, data: vec![0.0; layout.len()] }
+        Self { layout, data: Aligned::zeroed(layout.len()) }
     }
 }
 
-impl Field<u8> {
-    /// A field of zeros.
-    pub fn zeroed(layout: Layout) -> Self {
-        Self { layout, data: vec![0; layout.len()] }
+impl<T: Copy + Default> Clone for Field<T> {
+    fn clone(&self) -> Self {
+        Self { layout: self.layout, data: self.data.clone() }
     }
 }
 

@@ -26,14 +26,14 @@ pub fn room(room: &mut [f32], amounts: &[&[f32]], limit: f32, run: Run) {
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn add(sum: &mut [f32], amount: &[f32]) {
     for (sum, amount) in sum.iter_mut().zip(amount) {
         *sum += amount;
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn finish_room<const MORE: bool>(room: &mut [f32], g: &[f32], d: &[f32], scale: f32) {
     let n = room.len();
     let (g, d) = (&g[..n], &d[..n]);
@@ -90,7 +90,7 @@ pub fn prepare(found: [&mut [f32]; 3], faces: &FaceRows<'_>, spread: Spread) {
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn prepare_kernel<const FREE: bool>(
     found: [&mut [f32]; 3],
     faces: &FaceRows<'_>,
@@ -120,7 +120,7 @@ pub fn slopes(slopes: &mut [f32], cells: [&[f32]; 3]) {
     slopes_kernel(slopes, cells);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn slopes_kernel(slopes: &mut [f32], cells: [&[f32]; 3]) {
     let n = slopes.len();
     let [before, here, after] = cells.map(|cells| &cells[..n]);
@@ -152,7 +152,7 @@ pub fn flux(flux: &mut [f32], rows: &FluxRows<'_>, cells: [&[f32]; 2], slopes: [
     flux_kernel(flux, rows, cells, slopes);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn flux_kernel(flux: &mut [f32], rows: &FluxRows<'_>, cells: [&[f32]; 2], slopes: [&[f32]; 2]) {
     let n = flux.len();
     let (way, lever, mixing) = (&rows.way[..n], &rows.lever[..n], &rows.mixing[..n]);
@@ -176,7 +176,7 @@ pub fn flux_and_slopes(
     flux_and_slopes_kernel(flux, slopes_after, rows, cells, slopes_before);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn flux_and_slopes_kernel(
     flux: &mut [f32],
     slopes_after: &mut [f32],
@@ -202,7 +202,7 @@ pub fn flux_upstream(flux: &mut [f32], way: &[f32], cells: [&[f32]; 2]) {
     flux_upstream_kernel(flux, way, cells);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn flux_upstream_kernel(flux: &mut [f32], way: &[f32], cells: [&[f32]; 2]) {
     let n = flux.len();
     let (way, [before, after]) = (&way[..n], cells.map(|cells| &cells[..n]));
@@ -229,7 +229,7 @@ pub fn gather(suspended: &mut [f32], across: &[f32], above: &[f32], below: &[f32
     gather_kernel(suspended, across, above, below);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn gather_kernel(suspended: &mut [f32], across: &[f32], above: &[f32], below: &[f32]) {
     let n = suspended.len();
     let (across, above, below) = (&across[..n + 1], &above[..n], &below[..n]);

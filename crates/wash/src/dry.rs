@@ -35,7 +35,7 @@ pub fn vanished(
     gone.extend((run.first..run.end).filter(is_gone));
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn any_thin(film: &[f32], mask: &[u8], height: &[f32], thinnest: f32, run: Run) -> bool {
     let (first, n) = (run.first, run.len());
     let (p, m, h) = (&film[first..][..n], &mask[first..][..n], &height[first..][..n]);

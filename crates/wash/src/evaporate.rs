@@ -22,7 +22,7 @@ pub fn evaporate(film: &mut [f32], edge: &[f32], mask: &[u8], everywhere: f32, r
     evaporate_kernel(film, edge, mask, everywhere, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn evaporate_kernel(film: &mut [f32], edge: &[f32], mask: &[u8], everywhere: f32, run: Run) -> (i64, i32) {
     let (first, n) = (run.first, run.len());
     let (p, edge, m) = (&mut film[first..][..n], &edge[first..][..n], &mask[first..][..n]);
@@ -43,7 +43,7 @@ pub fn thinnest(film: &[f32], mask: &[u8], run: Run) -> i32 {
     thinnest_kernel(film, mask, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn thinnest_kernel(film: &[f32], mask: &[u8], run: Run) -> i32 {
     let (first, n) = (run.first, run.len());
     let (p, m) = (&film[first..][..n], &mask[first..][..n]);
@@ -75,7 +75,7 @@ pub fn evaporate_pores(saturation: &mut [f32], mask: &[u8], amount: f32, run: Ru
     evaporate_pores_kernel(saturation, mask, amount, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn evaporate_pores_kernel(saturation: &mut [f32], mask: &[u8], amount: f32, run: Run) -> i64 {
     let (first, n) = (run.first, run.len());
     let (s, m) = (&mut saturation[first..][..n], &mask[first..][..n]);
@@ -116,7 +116,7 @@ pub fn cover(
 /// Cells whose powers are taken at a time.
 const COVER_CHUNK: usize = 64;
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn cover_kernel(
     cover: &mut [f32],
     [saturation, height]: [&[f32]; 2],

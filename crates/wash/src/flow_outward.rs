@@ -18,7 +18,7 @@ pub fn draw_off(pressure: &mut [f32], outflow: &[f32]) {
     draw_off_kernel(pressure, outflow);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn draw_off_kernel(pressure: &mut [f32], outflow: &[f32]) {
     for (p, &outflow) in pressure.iter_mut().zip(outflow) {
         *p -= outflow;
@@ -222,7 +222,7 @@ fn add_scaled_pair(out: &mut [f32], a: &[f32], b: Option<&[f32]>, weight: f32) {
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn add_scaled_pair_kernel(out: &mut [f32], a: &[f32], b: &[f32], weight: f32) {
     let n = out.len();
     let (a, b) = (&a[..n], &b[..n]);

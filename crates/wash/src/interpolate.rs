@@ -61,7 +61,7 @@ pub fn blend(between: &mut [f32], coarse: [&[f32]; 3], weights: [f32; 3]) {
     blend_kernel(between, coarse, weights);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn blend_kernel(between: &mut [f32], coarse: [&[f32]; 3], weights: [f32; 3]) {
     let n = between.len();
     let [before, here, after] = coarse.map(|row| &row[..n]);
@@ -88,7 +88,7 @@ pub fn expand(fine: &mut [f32], coarse: &[f32], taps: &Taps) {
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn expand_kernel<const FACTOR: usize>(fine: &mut [f32], coarse: &[f32], taps: &Taps) {
     let mut weights = [[0.0f32; FACTOR]; 3];
     for (side, weights) in weights.iter_mut().enumerate() {
@@ -110,7 +110,7 @@ pub fn put_where_wet(out: &mut [f32], film: &[f32], mask: &[u8]) -> i32 {
     put_where_wet_kernel(out, film, mask)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn put_where_wet_kernel(out: &mut [f32], film: &[f32], mask: &[u8]) -> i32 {
     let n = out.len();
     let (film, mask) = (&film[..n], &mask[..n]);
@@ -128,7 +128,7 @@ pub fn put_where_open(out: &mut [f32], values: &[f32], factor: f32, mobility: &[
     put_where_open_kernel(out, values, factor, mobility);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn put_where_open_kernel(out: &mut [f32], values: &[f32], factor: f32, mobility: &[f32]) {
     let n = out.len();
     let (values, mobility) = (&values[..n], &mobility[..n]);

@@ -83,7 +83,7 @@ pub fn gather_down(suspended: &mut [f32], above: &[f32], below: &[f32], run: Run
     gain(&mut suspended[columns.clone()], &above[columns.clone()], &below[columns]);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn mixed(flux: &mut [f32], cells: [&[f32]; 2], speed: &[f32], mobility: &[f32], mixing: Mixing) {
     let n = flux.len();
     let [before, after] = cells;
@@ -97,7 +97,7 @@ fn mixed(flux: &mut [f32], cells: [&[f32]; 2], speed: &[f32], mobility: &[f32], 
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn gain(suspended: &mut [f32], comes: &[f32], goes: &[f32]) {
     let n = suspended.len();
     let (comes, goes) = (&comes[..n], &goes[..n]);

@@ -37,7 +37,7 @@ pub fn mobility(mobility_u: &mut [f32], mobility_v: &mut [f32], rows: &FilmRows<
     mobility_kernel(mobility_u, mobility_v, rows, film, run);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn mobility_kernel(m_u: &mut [f32], m_v: &mut [f32], rows: &FilmRows<'_>, film: Film, run: Run) {
     // One face more than cells: the last one touches dry paper or the canvas' edge, but its 0 must be written.
     let (first, n) = (run.first, run.len() + 1);
@@ -69,7 +69,7 @@ pub fn keep(keep: &mut [f32], mobility: &[f32], dt: f32, run: Run) {
     keep_kernel(keep, mobility, dt, run);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn keep_kernel(keep: &mut [f32], mobility: &[f32], dt: f32, run: Run) {
     let (first, n) = (run.first, run.len() + 1);
     let (keep, mobility) = (&mut keep[first..][..n], &mobility[first..][..n]);

@@ -25,7 +25,7 @@ pub fn share(
     share_kernel(share, film, flow, compressibility, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn share_kernel(
     share: &mut [f32],
     film: &[f32],
@@ -84,7 +84,7 @@ pub fn widen_share(
     widen_share_kernel(wider, shares, film, flow, compressibility, run);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn widen_share_kernel(
     wider: &mut [f32],
     shares: &ShareRows<'_>,
@@ -133,7 +133,7 @@ pub fn move_film(
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn move_film_kernel<const LIMITED: bool>(
     film: &mut [f32],
     shares: &ShareRows<'_>,

@@ -15,7 +15,7 @@ pub fn outflow_speeds(flow: &FlowRows<'_>, run: Run) -> i32 {
     outflow_speeds_kernel(flow, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn outflow_speeds_kernel(flow: &FlowRows<'_>, run: Run) -> i32 {
     let (first, n) = (run.first, run.len());
     let u = &flow.u[first..][..n + 1];
@@ -63,7 +63,7 @@ pub fn carry(suspended: &mut [f32], old: &SuspendedRows<'_>, flow: &FlowRows<'_>
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn carry_kernel<const ALL_WET: bool>(
     suspended: &mut [f32],
     old: &SuspendedRows<'_>,

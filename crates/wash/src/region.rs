@@ -31,12 +31,12 @@ impl Run {
 }
 
 /// Runs end at whole vectors of this many cells.
-const VECTOR: usize = 8;
+const VECTOR: usize = 16;
 /// Runs with fewer dry cells between them are one: starting a kernel costs more than that.
-const WORTH_A_GAP: usize = 2 * VECTOR;
+const WORTH_A_GAP: usize = VECTOR;
 
 /// Cells of a run from which on it pays to have kernels without masks.
-const WORTH_NO_MASK: usize = 2 * VECTOR;
+const WORTH_NO_MASK: usize = VECTOR;
 
 /// The runs of all rows.
 #[derive(Clone, Debug)]

@@ -38,7 +38,7 @@ pub struct FlowRows<'a> {
     pub mask: &'a [u8],
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn divergence_kernel<const ALL_WET: bool>(
     delta: &mut [f32],
     flow: &FlowRows<'_>,
@@ -75,6 +75,7 @@ fn divergence_kernel<const ALL_WET: bool>(
 pub fn apply(u: &mut [f32], v: &mut [f32], pressure: &mut [f32], correction: &CorrectionRows<'_>, run: Run) {
     if run.all_wet {
         apply_kernel::<true>(u, v, pressure, correction, run);
+        u[run.first] = 0.0; // it touches a dry cell
     } else {
         apply_kernel::<false>(u, v, pressure, correction, run);
     }
@@ -93,7 +94,7 @@ pub struct CorrectionRows<'a> {
     pub mask: &'a [u8],
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn apply_kernel<const ALL_WET: bool>(
     u: &mut [f32],
     v: &mut [f32],
@@ -102,7 +103,6 @@ fn apply_kernel<const ALL_WET: bool>(
     run: Run,
 ) {
     let (first, n) = (run.first, run.len());
-    let skip = usize::from(ALL_WET);
     let (u, v, p) = (&mut u[first..][..n], &mut v[first..][..n], &mut pressure[first..][..n]);
     let delta = &correction.delta[first - 1..][..n + 1];
     let delta_above = &correction.delta_above[first..][..n];
@@ -114,7 +114,7 @@ fn apply_kernel<const ALL_WET: bool>(
         let relaxed = v[i] + (delta_above[i] - delta[i + 1]);
         v[i] = if ALL_WET || m_above[i] & m[i + 1] != 0 { relaxed } else { 0.0 }; // D5
     }
-    for i in skip..n {
+    for i in 0..n {
         let relaxed = u[i] + (delta[i] - delta[i + 1]);
         u[i] = if ALL_WET || m[i] & m[i + 1] != 0 { relaxed } else { 0.0 };
     }

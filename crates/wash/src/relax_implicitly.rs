@@ -76,7 +76,7 @@ pub fn begin(divergence: &mut [f32], q: &mut [f32], flow: &FlowRows<'_>, start: 
     begin_kernel(divergence, q, flow, start, run);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn begin_kernel(divergence: &mut [f32], q: &mut [f32], flow: &FlowRows<'_>, start: f32, run: Run) {
     let (first, n) = (run.first, run.len());
     let (divergence, q) = (&mut divergence[first..][..n], &mut q[first..][..n]);
@@ -195,7 +195,7 @@ impl SolveRows<'_> {
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn iterate_kernel<const FREE: bool>(
     next: &mut [f32],
     rows: &SolveRows<'_>,
@@ -244,7 +244,7 @@ pub fn project(
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn project_kernel<const FREE: bool>(
     u: &mut [f32],
     v: &mut [f32],

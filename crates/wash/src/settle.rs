@@ -31,7 +31,7 @@ pub fn fractions(fraction: &mut [f32], film: &AroundRows<'_>, flowing: f32, rate
     fractions_kernel(fraction, film, flowing, rate, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn fractions_kernel(fraction: &mut [f32], film: &AroundRows<'_>, flowing: f32, rate: f32, run: Run) -> bool {
     let (first, n) = (run.first, run.len());
     let fraction = &mut fraction[first..][..n];
@@ -62,7 +62,7 @@ pub fn settle(suspended: &mut [f32], deposited: &mut [f32], fraction: &[f32], ru
     settle_kernel(suspended, deposited, fraction, run);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn settle_kernel(suspended: &mut [f32], deposited: &mut [f32], fraction: &[f32], run: Run) {
     let (first, n) = (run.first, run.len());
     let (g, d) = (&mut suspended[first..][..n], &mut deposited[first..][..n]);

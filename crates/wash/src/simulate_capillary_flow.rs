@@ -69,7 +69,7 @@ pub fn absorb(saturation: &mut [f32], height: &[f32], mask: &[u8], pores: &Pores
     absorb_kernel(saturation, height, mask, *pores, run);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn absorb_kernel(saturation: &mut [f32], height: &[f32], mask: &[u8], pores: Pores, run: Run) {
     let (first, n) = (run.first, run.len());
     let (s, h, m) = (&mut saturation[first..][..n], &height[first..][..n], &mask[first..][..n]);
@@ -102,7 +102,7 @@ pub fn absorb_film(
     absorb_film_kernel(saturation, film, height, mask, *pores, depth, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn absorb_film_kernel(
     saturation: &mut [f32],
     film: &mut [f32],
@@ -171,7 +171,7 @@ pub fn diffuse(saturation: &mut [f32], old: &PoreRows<'_>, pores: &Pores, run: R
     diffuse_kernel(saturation, old, *pores, run);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn diffuse_kernel(saturation: &mut [f32], old: &PoreRows<'_>, pores: Pores, run: Run) {
     let (first, n) = (run.first, run.len());
     let out = &mut saturation[first..][..n];
@@ -204,7 +204,7 @@ pub fn fill(fill: &mut [f32], saturation: &[f32], height: &[f32], pores: &Pores,
     fill_kernel(fill, saturation, height, *pores, run);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn fill_kernel(fill: &mut [f32], saturation: &[f32], height: &[f32], pores: Pores, run: Run) {
     let (first, n) = (run.first, run.len());
     let fill = &mut fill[first..][..n];
@@ -245,7 +245,7 @@ pub fn diffuse_conducting(
     diffuse_conducting_kernel(saturation, old, fill, *pores, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn diffuse_conducting_kernel(
     saturation: &mut [f32],
     old: &PoreRows<'_>,
@@ -299,7 +299,7 @@ pub fn spread(mask: &mut [u8], saturation: &[f32], pores: &Pores, run: Run) -> b
     spread_kernel(mask, saturation, pores.wetting_threshold, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn spread_kernel(mask: &mut [u8], saturation: &[f32], threshold: f32, run: Run) -> bool {
     let (first, n) = (run.first, run.len());
     let (m, s) = (&mut mask[first..][..n], &saturation[first..][..n]);

@@ -33,7 +33,7 @@ pub fn transfer(
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn transfer_kernel<const ALL_WET: bool>(
     suspended: &mut [f32],
     deposited: &mut [f32],

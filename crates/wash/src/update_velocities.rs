@@ -26,12 +26,13 @@ pub fn add_slope(u: &mut [f32], v: &mut [f32], paper: &SlopeRows<'_>, scale: f32
 pub fn add_slope_alone(u: &mut [f32], v: &mut [f32], paper: &SlopeRows<'_>, scale: f32, run: Run) {
     if run.all_wet {
         add_slope_kernel::<true, false>(u, v, paper, scale, [0.0; 2], run);
+        u[run.first] = 0.0; // it touches a dry cell
     } else {
         add_slope_kernel::<false, false>(u, v, paper, scale, [0.0; 2], run);
     }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn fastest_kernel(u: &[f32], v: &[f32], run: Run) -> i32 {
     let (first, n) = (run.first, run.len());
     let (u, v) = (&u[first..][..n], &v[first..][..n]);
@@ -54,6 +55,7 @@ pub fn add_slope_tilted(
 ) {
     if run.all_wet {
         add_slope_kernel::<true, true>(u, v, paper, scale, pull, run);
+        u[run.first] = 0.0; // it touches a dry cell
     } else {
         add_slope_kernel::<false, true>(u, v, paper, scale, pull, run);
     }
@@ -72,7 +74,7 @@ pub struct SlopeRows<'a> {
     pub mask: &'a [u8],
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn add_slope_kernel<const ALL_WET: bool, const TILTED: bool>(
     u: &mut [f32],
     v: &mut [f32],
@@ -83,11 +85,10 @@ fn add_slope_kernel<const ALL_WET: bool, const TILTED: bool>(
 ) {
     // u, v, h, m as in §4.3; windows that reach one cell back start one column early.
     let (first, n) = (run.first, run.len());
-    let skip = usize::from(ALL_WET); // the first face of an all-wet run touches a dry cell
     let (u, v) = (&mut u[first..][..n], &mut v[first..][..n]);
     let (h, h_above) = (&paper.height[first - 1..][..n + 1], &paper.height_above[first..][..n]);
     let (m, m_above) = (&paper.mask[first - 1..][..n + 1], &paper.mask_above[first..][..n]);
-    for i in skip..n {
+    for i in 0..n {
         let sloped = u[i] - scale * (h[i + 1] - h[i]); // D7
         let sloped = if TILTED { sloped + pull[0] } else { sloped };
         u[i] = if ALL_WET || m[i] & m[i + 1] != 0 { sloped } else { 0.0 }; // D5
@@ -124,7 +125,7 @@ pub struct FilmRows<'a> {
     pub mask: &'a [u8],
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn drive_kernel(u: &[f32], v: &[f32], film: &FilmRows<'_>, stiffness: f32, run: Run) -> i32 {
     let (first, n) = (run.first, run.len());
     let (u, v) = (&u[first..][..n], &v[first..][..n]);
@@ -154,7 +155,7 @@ pub fn corner_products(corner: &mut [f32], u_above: &[f32], u: &[f32], v: &[f32]
     corner_products_kernel(corner, u_above, u, v, run);
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn corner_products_kernel(corner: &mut [f32], u_above: &[f32], u: &[f32], v: &[f32], run: Run) {
     let (first, n) = (run.first, run.len() + 1);
     let corner = &mut corner[first..][..n];
@@ -236,9 +237,12 @@ pub struct Hold<'a> {
 /// D1, D5.
 pub fn advance(u: &mut [f32], v: &mut [f32], old: &VelocityRows<'_>, momentum: Momentum, run: Run) {
     if run.all_wet {
-        advance_kernel::<true>(u, v, old, momentum, run);
+        advance_u_kernel::<true>(u, old, momentum, run);
+        advance_v_kernel::<true>(v, old, momentum, run);
+        u[run.first] = 0.0; // it touches a dry cell
     } else {
-        advance_kernel::<false>(u, v, old, momentum, run);
+        advance_u_kernel::<false>(u, old, momentum, run);
+        advance_v_kernel::<false>(v, old, momentum, run);
     }
 }
 
@@ -267,7 +271,7 @@ pub fn fastest(u: &[f32], v: &[f32], run: Run) -> i32 {
     fastest_kernel(u, v, run)
 }
 
-#[multiversion(targets("x86_64+avx2"))]
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn advance_held_kernel<const FREE: bool>(
     u_new: &mut [f32],
     v_new: &mut [f32],
@@ -319,29 +323,25 @@ fn held<const FREE: bool>(velocity: f32, keep: f32, limit: f32) -> f32 {
     if FREE || keep > 0.0 { kept } else { 0.0 }
 }
 
-#[multiversion(targets("x86_64+avx2"))]
-fn advance_kernel<const ALL_WET: bool>(
+// u, v, p as in §4.3.1. Sums are grouped so that mirroring or transposing a wash changes no bit. One kernel with both loops
+// has too many slices for the compiler to tell them apart, and is not vectorized.
+
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn advance_u_kernel<const ALL_WET: bool>(
     u_new: &mut [f32],
-    v_new: &mut [f32],
     old: &VelocityRows<'_>,
     momentum: Momentum,
     run: Run,
 ) {
     let Momentum { dt, viscosity, viscous_drag } = momentum;
     let (first, n) = (run.first, run.len());
-    let skip = usize::from(ALL_WET);
-    let corner = &old.corner[first..][..n + 1];
-    let corner_below = &old.corner_below[first..][..n + 1];
-    let p = &old.pressure[first - 1..][..n + 1];
-    let p_above = &old.pressure_above[first..][..n];
-    let m = &old.mask[first - 1..][..n + 1];
-    let m_above = &old.mask_above[first..][..n];
-
-    // u, v, p as in §4.3.1. Sums are grouped so that mirroring or transposing a wash changes no bit.
     let u_new = &mut u_new[first..][..n];
+    let (corner, corner_below) = (&old.corner[first..][..n], &old.corner_below[first..][..n]);
+    let p = &old.pressure[first - 1..][..n + 1];
+    let m = &old.mask[first - 1..][..n + 1];
     let u = &old.u[first - 1..][..n + 2];
     let (above, below) = (&old.u_above[first..][..n], &old.u_below[first..][..n]);
-    for i in skip..n {
+    for i in 0..n {
         let here = u[i + 1];
         let (before, after) = (u[i] + here, here + u[i + 2]);
         let advection = 0.25 * (before * before - after * after) + (corner[i] - corner_below[i]);
@@ -350,7 +350,21 @@ fn advance_kernel<const ALL_WET: bool>(
         let moved = here + dt * push;
         u_new[i] = if ALL_WET || m[i] & m[i + 1] != 0 { moved } else { 0.0 }; // D5
     }
+}
+
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn advance_v_kernel<const ALL_WET: bool>(
+    v_new: &mut [f32],
+    old: &VelocityRows<'_>,
+    momentum: Momentum,
+    run: Run,
+) {
+    let Momentum { dt, viscosity, viscous_drag } = momentum;
+    let (first, n) = (run.first, run.len());
     let v_new = &mut v_new[first..][..n];
+    let corner = &old.corner[first..][..n + 1];
+    let (p, p_above) = (&old.pressure[first..][..n], &old.pressure_above[first..][..n]);
+    let (m, m_above) = (&old.mask[first..][..n], &old.mask_above[first..][..n]);
     let v = &old.v[first - 1..][..n + 2];
     let (above, below) = (&old.v_above[first..][..n], &old.v_below[first..][..n]);
     for i in 0..n {
@@ -358,8 +372,8 @@ fn advance_kernel<const ALL_WET: bool>(
         let (before, after) = (above[i] + here, here + below[i]);
         let advection = 0.25 * (before * before - after * after) + (corner[i] - corner[i + 1]);
         let laplacian = (v[i] + v[i + 2]) + (above[i] + below[i]) - 4.0 * here;
-        let push = advection + viscosity * laplacian + (p_above[i] - p[i + 1]) - viscous_drag * here;
+        let push = advection + viscosity * laplacian + (p_above[i] - p[i]) - viscous_drag * here;
         let moved = here + dt * push;
-        v_new[i] = if ALL_WET || m_above[i] & m[i + 1] != 0 { moved } else { 0.0 };
+        v_new[i] = if ALL_WET || m_above[i] & m[i] != 0 { moved } else { 0.0 };
     }
 }

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use girtin_grid::Aligned;
+
 use super::rows::Rows;
 use crate::carry_packed::FluxRows;
 use crate::move_film::ShareRows;
@@ -15,14 +17,14 @@ const BESIDE: usize = 2;
 /// A copy of the runs of one row and of the cells beside them, 0 elsewhere.
 #[derive(Debug)]
 pub struct Slot {
-    pub values: Vec<f32>,
+    pub values: Aligned<f32>,
     row: usize,
     runs: Vec<Run>,
 }
 
 impl Slot {
     fn new(stride: usize) -> Self {
-        Self { values: vec![0.0; stride], row: NONE, runs: Vec::new() }
+        Self { values: Aligned::zeroed(stride), row: NONE, runs: Vec::new() }
     }
 
     fn take(&mut self, runs: &[Run], row: usize, from: &[f32]) {
@@ -74,8 +76,8 @@ impl Ring {
 pub struct AdvanceScratch {
     pub u: Ring,
     pub v: Ring,
-    pub corner: Vec<f32>,
-    pub corner_below: Vec<f32>,
+    pub corner: Aligned<f32>,
+    pub corner_below: Aligned<f32>,
     /// The row whose upper corners `corner` holds.
     pub corner_row: usize,
 }
@@ -83,8 +85,8 @@ pub struct AdvanceScratch {
 /// What a relaxation sweep keeps: corrections of a row and of the one above.
 #[derive(Debug)]
 pub struct SweepScratch {
-    pub delta: Vec<f32>,
-    pub delta_above: Vec<f32>,
+    pub delta: Aligned<f32>,
+    pub delta_above: Aligned<f32>,
     /// The row of `delta_above`.
     pub above: usize,
 }
@@ -92,13 +94,13 @@ pub struct SweepScratch {
 /// The last few rows of something, by row number.
 #[derive(Debug)]
 pub struct Recent {
-    rows: Vec<Vec<f32>>,
+    rows: Vec<Aligned<f32>>,
 }
 
 impl Recent {
     /// Holds `count` rows, a power of two.
     fn new(stride: usize, count: usize) -> Self {
-        Self { rows: vec![vec![0.0; stride]; count.next_power_of_two()] }
+        Self { rows: vec![Aligned::zeroed(stride); count.next_power_of_two()] }
     }
 
     /// A row that was made lately.
@@ -151,21 +153,21 @@ pub struct PoreScratch {
 #[derive(Debug)]
 pub struct CarryScratch {
     /// Fluxes through the faces between the cells of a row, above and below it.
-    pub across: Vec<f32>,
-    pub above: Vec<f32>,
-    pub below: Vec<f32>,
+    pub across: Aligned<f32>,
+    pub above: Aligned<f32>,
+    pub below: Aligned<f32>,
     /// Slopes within the cells along the row, and down it within those of the row and of the one below.
-    pub slopes_across: Vec<f32>,
-    pub slopes: Vec<f32>,
-    pub slopes_below: Vec<f32>,
+    pub slopes_across: Aligned<f32>,
+    pub slopes: Aligned<f32>,
+    pub slopes_below: Aligned<f32>,
 }
 
 /// What the mixing of a pigment by itself keeps.
 #[derive(Debug)]
 pub struct MixScratch {
-    pub across: Vec<f32>,
-    pub above: Vec<f32>,
-    pub below: Vec<f32>,
+    pub across: Aligned<f32>,
+    pub above: Aligned<f32>,
+    pub below: Aligned<f32>,
     /// The row whose upper faces `above` holds.
     pub above_row: usize,
 }
@@ -173,14 +175,14 @@ pub struct MixScratch {
 /// What a row of faces does to any pigment.
 #[derive(Debug)]
 pub struct FluxScratch {
-    way: Vec<f32>,
-    lever: Vec<f32>,
-    mixing: Vec<f32>,
+    way: Aligned<f32>,
+    lever: Aligned<f32>,
+    mixing: Aligned<f32>,
 }
 
 impl FluxScratch {
     fn new(stride: usize) -> Self {
-        let row = || vec![0.0; stride];
+        let row = || Aligned::zeroed(stride);
         Self { way: row(), lever: row(), mixing: row() }
     }
 
@@ -251,18 +253,18 @@ pub struct Scratch {
     /// The row up to which `room` is known.
     pub room_row: usize,
     /// Fractions of pigment that settle.
-    pub fraction: Vec<f32>,
+    pub fraction: Aligned<f32>,
     /// Water between coarse rows, and between their cells.
-    pub refined: [Vec<f32>; 2],
+    pub refined: [Aligned<f32>; 2],
     /// A row of zeros.
-    pub zeros: Vec<f32>,
+    pub zeros: Aligned<f32>,
     /// A row of ones.
     pub ones: Vec<f32>,
 }
 
 impl Scratch {
     pub fn new(stride: usize, pigments: usize) -> Self {
-        let row = || vec![0.0; stride];
+        let row = || Aligned::zeroed(stride);
         let sweep = || SweepScratch { delta: row(), delta_above: row(), above: NONE };
         Self {
             stride,
@@ -328,7 +330,7 @@ impl Scratch {
 
     /// Packed transport of so many pigments.
     pub fn carry(&mut self, pigments: usize) {
-        let row = || vec![0.0; self.stride];
+        let row = || Aligned::zeroed(self.stride);
         self.carry.resize_with(pigments.max(self.carry.len()), || CarryScratch {
             across: row(),
             above: row(),
@@ -341,7 +343,7 @@ impl Scratch {
 
     /// Mixing of so many pigments.
     pub fn mix(&mut self, pigments: usize) {
-        let row = || vec![0.0; self.stride];
+        let row = || Aligned::zeroed(self.stride);
         self.mix.resize_with(pigments.max(self.mix.len()), || MixScratch {
             across: row(),
             above: row(),

@@ -1,6 +1,6 @@
 //! Rows for pigment that is finer than its water: what the fine cells see of the coarse ones.
 
-use girtin_grid::{Field, Layout};
+use girtin_grid::{Aligned, Field, Layout};
 
 use crate::engine::world::World;
 use crate::interpolate::{Taps, blend, expand, put_where_open, put_where_wet};
@@ -43,7 +43,7 @@ impl CoarseWater {
         [down, across]: [&Taps; 2],
         row: usize,
         run: Run,
-        [coarse, fine]: &'a mut [Vec<f32>; 2],
+        [coarse, fine]: &'a mut [Aligned<f32>; 2],
     ) -> &'a [f32] {
         let factor = self.centers.factor();
         let (at, place) = ((row - Layout::TOP) / factor + Layout::TOP, (row - Layout::TOP) % factor);
