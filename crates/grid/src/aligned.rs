@@ -61,7 +61,10 @@ mod tests {
         for len in [0, 1, 15, 1000, 1 << 20] {
             let mut values = Aligned::<f32>::zeroed(len);
             assert_eq!(values.len(), len);
-            values.iter_mut().zip(1_u16..).for_each(|(value, number)| *value = f32::from(number));
+            values
+                .iter_mut()
+                .zip((0..=u16::MAX).cycle())
+                .for_each(|(value, number)| *value = f32::from(number));
             let copy = values.clone();
             assert_eq!(copy, values);
             for aligned in [&values, &copy] {
