@@ -207,7 +207,7 @@ fn shares_of(
         ys.iter().all(|&y| {
             let row = outline.regions.row(y);
             xs.iter().all(|&x| row[x] == regions[0])
-        })
+        }) || ys.iter().all(|&y| xs.iter().all(|&x| outline.has_no_edge(x, y)))
     };
     if regions == [0; 4] {
         return None;
@@ -228,7 +228,10 @@ fn shares_of(
             shares.cells[k] = (x, y, share);
             level += share * height.at(x, y);
         }
-        if let Some(outline) = outline.filter(|_| regions != [regions[0]; 4]) {
+        let has_edge = |outline: &PlannedOutline| {
+            regions != [regions[0]; 4] && !inner.iter().all(|&(x, y)| outline.has_no_edge(x, y))
+        };
+        if let Some(outline) = outline.filter(|outline| has_edge(outline)) {
             confine(&mut shares.cells, regions, outline, samples_per_cell);
         }
     }

@@ -131,7 +131,7 @@ pub struct Outline {
     /// A map whose values, in 255ths, tell shapes apart; what is 0 is not painted.
     pub regions: MapName,
     /// A map of how far the middle of each cell is from the edge of its shape, in cells times 16 of 255ths. Without it
-    /// edges run between cells.
+    /// edges run between cells. Two shapes that abut where both say 4 cells or more have no edge there: water passes.
     pub edges: Option<MapName>,
     /// A map of masking fluid: 1 stays bare.
     pub masked: Option<MapName>,

@@ -75,6 +75,9 @@ pub struct PlannedGlaze {
     pub deeds: Vec<Deed>,
 }
 
+/// Distance from an edge, cells of its map, from which on two shapes that abut all the same have no edge there.
+const NO_EDGE: f32 = 4.0;
+
 /// The shapes of a glaze, a value a cell.
 #[derive(Clone, Debug)]
 pub struct PlannedOutline {
@@ -82,6 +85,8 @@ pub struct PlannedOutline {
     pub regions: Raster<u8>,
     /// Distance of its middle from the edge of its shape, cells.
     pub edges: Raster<f32>,
+    /// Where the edge is so far, cells, that a shape which abuts has none there: water passes.
+    pub far: f32,
     /// Masking fluid, at any resolution over the whole sheet; 1 stays bare.
     pub masked: Option<Raster<f32>>,
     /// Where water may stand: not outside, not under masking fluid, and not on the seam between two shapes.
@@ -301,7 +306,9 @@ impl Outline {
         };
         let regions = Raster::from_fn(width, height, near);
         let edges = self.edges.as_ref().map(|edges| load(edges, maps)).transpose()?;
-        let to_cells = |value: f32| value * 255.0 / EDGE_STEPS * (width as f32 / wide as f32);
+        let scale = width as f32 / wide as f32;
+        let to_cells = |value: f32| value * 255.0 / EDGE_STEPS * scale;
+        let far = NO_EDGE * scale;
         let edges = edges.map_or_else(
             || Raster::new(width, height, 0.5),
             |edges| {
@@ -315,7 +322,12 @@ impl Outline {
         let masked = self.masked.as_ref().map(|masked| load(masked, maps)).transpose()?;
         let open = Raster::from_fn(width, height, |x, y| {
             let own = regions.at(x, y);
-            let abuts = |x: usize, y: usize| x < width && y < height && ![0, own].contains(&regions.at(x, y));
+            let abuts = |x1: usize, y1: usize| {
+                x1 < width
+                    && y1 < height
+                    && ![0, own].contains(&regions.at(x1, y1))
+                    && edges.at(x, y).min(edges.at(x1, y1)) < far
+            };
             let is_masked = masked.as_ref().is_some_and(|masked| {
                 let [x, y] = [(x, width, masked.width()), (y, height, masked.height())]
                     .map(|(at, cells, of)| (at as f32 + 0.5) * of as f32 / cells as f32);
@@ -323,11 +335,16 @@ impl Outline {
             });
             u8::from(own != 0 && !is_masked && !abuts(x + 1, y) && !abuts(x, y + 1))
         });
-        Ok(PlannedOutline { regions, edges, masked, open })
+        Ok(PlannedOutline { regions, edges, far, masked, open })
     }
 }
 
 impl PlannedOutline {
+    /// Whether a cell is of a shape and far from its edge, or beside a shape that has no edge there either.
+    pub fn has_no_edge(&self, x: usize, y: usize) -> bool {
+        self.regions.at(x, y) != 0 && self.edges.at(x, y) >= self.far
+    }
+
     /// Keeps water off what is not open; pigment follows the water.
     fn confine(&self, deed: &mut Deed) {
         let (Deed::Wet(coverage) | Deed::Water(coverage) | Deed::Moisten(coverage)) = deed else { return };

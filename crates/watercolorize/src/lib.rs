@@ -7,7 +7,7 @@
 //!   fluid;
 //! - [`tone`]: a watercolor's tones; [`palette`]: pigments that mix its colors; [`separate`]: how much of each;
 //! - [`study`]: all that is known of the photograph before the first wash;
-//! - `washes`: what is asked of the first wash, and of the last; `load`: what is missing on the sheet as the washes below
+//! - `washes`: what is asked of the first wash, and of the last; `walls`: where its shapes keep apart; `load`: what is missing on the sheet as the washes below
 //!   dried, and how much water and pigment are laid for it;
 //! - [`painter`]: wash by wash, until the painting is done.
 //!
@@ -29,6 +29,7 @@ pub mod palette;
 pub mod separate;
 pub mod study;
 mod washes;
+mod walls;
 mod load;
 pub mod painter;
 

@@ -6,11 +6,12 @@ use girtin_grid::resize::{resized, resized_plane};
 use girtin_optics::LinearRgb;
 
 use crate::accidents::{noise, plane, smoothstep};
-use crate::lines::{warped, warped_labels};
-use crate::regions::{self, Finding, Regions, cleaned, colored, dilated, regions, voted_as_seen};
+use crate::lines::warped;
+use crate::regions::{self, Regions, cleaned, colored, dilated, voted_as_seen};
 use crate::separate::{Limits, MOST, Paints, lab, separated};
 use crate::study::{Colors, Plane, Study};
 use crate::tone::{Tones, lifted};
+use crate::walls::Walls;
 use crate::washes::WashPlan;
 
 /// Film that dry pores drink, on average: the living wash's pore depth times its mean capacity.
@@ -48,32 +49,27 @@ impl Planner<'_> {
         let (params, [width, height]) = (self.study.params, self.study.mount.size);
         let stage = |name: &str| format!("{name} {index}");
         let freedom = params.freedom() as f32;
-        let area = self.study.cells(1.0) * self.study.cells(1.0);
         let source = &self.study.abstractions[(plan.abstraction + 0.5) as usize];
         let steps = regions::steps(source, self.study.cells(0.008));
-        // A blurred edge is no wall, however far its sides are apart.
-        let hard = Raster::by_rows(width, height, |x, y| steps.at(x, y) * self.study.sharp.at(x, y));
-        let finding = Finding {
-            scale: plan.scale,
-            least_cells: (plan.least_region * params.simplification * area) as usize,
-            rounding: self.study.cells(plan.rounding),
-            least_step: plan.least_step * params.edge_threshold as f32,
-        };
-        let (walls, mut wanted) =
-            rayon::join(|| regions(source, &hard, &finding), || self.wanted(plan, index, lightest));
+        let (walls, mut wanted) = rayon::join(
+            || Walls::find(self.study, plan, source, &steps),
+            || self.wanted(plan, index, lightest),
+        );
         let open = Raster::by_rows(width, height, |x, y| {
             u8::from(self.study.inside.at(x, y) > 0.0 && self.study.bare.at(x, y) == 0)
         });
-        let under = self.seen(&walls, &open);
+        let under = self.seen(&walls.regions, &open);
         let under_lab = under.map(lab);
-        let even = within(&wanted, &walls, self.study.cells(plan.flat_over));
+        let even = within(&wanted, &walls.regions, self.study.cells(plan.flat_over));
         wanted = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
             let flat = flat * (1.0 - 0.8 * smoothstep(steps.at(x, y), 8.0, 20.0));
+            let graded = self.study.graded.at(x, y);
+            let flat = flat * (1.0 - 0.7 * graded);
             let wanted = mixed(wanted.at(x, y), even.at(x, y), flat);
             let left = if index > 0 { params.economy as f32 * freedom * (1.0 - exact) } else { 0.0 };
-            mixed(wanted, under_lab.at(x, y), left.min(1.0))
+            mixed(wanted, under_lab.at(x, y), left.min(1.0) * (1.0 - graded))
         });
         let missing = Raster::by_rows(width, height, |x, y| lacking(wanted.at(x, y), under_lab.at(x, y)));
         let flat = steps.map(|step| 1.0 - smoothstep(step, 3.0, 8.0));
@@ -111,15 +107,15 @@ impl Planner<'_> {
                 let wanted = wanted.at(x, y);
                 lacking(wanted, lifted(wanted, before))
             });
-            let missing = self.calmed(&missing, &meant, &walls, &flat);
-            self.shapes(plan, index, &missing, &flat, &walls, &stray, &open)
+            let missing = self.calmed(&missing, &meant, &walls.regions, &flat);
+            self.shapes(plan, index, &missing, &flat, &walls.regions, &stray, &open)
         };
         if shapes.as_slice().iter().all(|&shape| shape == 0) {
             return None;
         }
-        let walls = warped_labels(&walls, &stray);
+        let walls = walls.warped(&stray);
         let (painted, softness) = self.softened(plan, &shapes, &hardness, &open, index);
-        let numbered = colored(&walls, &painted);
+        let numbered = colored(&walls.regions, &painted);
         let photo = warped(&self.study.photo, &stray);
         let (mut shapes_of, mut edges) =
             voted_as_seen(&numbered, &photo, self.study.cells(0.6 * plan.rounding).max(0.8));
@@ -128,6 +124,7 @@ impl Planner<'_> {
             *cell.1 = if *cell.0 == 0 { *cell.1 } else { 0.0 };
             *cell.0 = 0;
         });
+        walls.open(&shapes_of, &mut edges);
         let amounts = self.amounts(plan, &wanted, &under, &shapes, &shapes_of, &stray, &softness, index);
         let moist = gaussian_plane(&softness, self.study.cells(0.012));
         let moist = moist.map(|soft| 1.2 * soft * params.wetness.min(1.5) as f32);
@@ -212,10 +209,13 @@ impl Planner<'_> {
         };
         let mask = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
-            let need = missing.at(x, y)[0] + 0.9 * chance.at(x, y) * (1.0 - 0.8 * exact);
+            let graded = self.study.graded.at(x, y);
+            let need = missing.at(x, y)[0] + 0.9 * chance.at(x, y) * (1.0 - 0.8 * exact) * (1.0 - graded);
             let least = 4.0 - 1.0 * exact + 3.0 * simpler * (1.0 - exact);
             // Where it is flat all that is missing is meant.
             let least = least + flat.at(x, y) * (2.5 - least).min(0.0);
+            // What is soft fades in from nothing.
+            let least = least + graded * (0.7 - least);
             u8::from(is_open(x, y) && need > least)
         });
         let least =
@@ -303,7 +303,7 @@ impl Planner<'_> {
         Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let (own, even, faded) = (amounts.at(x, y), even.at(x, y), faded.at(x, y));
-            let step = params.stepping as f32 * (1.0 - 0.7 * exact);
+            let step = params.stepping as f32 * (1.0 - 0.7 * exact) * (1.0 - self.study.graded.at(x, y));
             let soft = softness.at(x, y);
             let is_shape = shapes.at(x, y) != 0;
             core::array::from_fn(|k| {

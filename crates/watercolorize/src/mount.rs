@@ -5,7 +5,7 @@ use girtin_grid::resize::{resized, resized_plane};
 use girtin_optics::{LinearRgb, Srgb};
 use girtin_painting::document::SheetSettings;
 
-use crate::accidents::plane;
+use crate::accidents::{plane, smoothstep};
 
 /// Color of the bare sheet.
 pub const PAPER: Srgb = Srgb([251.0 / 255.0, 249.0 / 255.0, 244.0 / 255.0]);
@@ -157,15 +157,15 @@ impl Mount {
                 -distance.at(x, y) + 0.0006 * s * bleeding.at(x, y)
             });
         }
-        let long = noise("border, long", 0.035);
+        let (long, short) = (noise("border, long", 0.045), noise("border, short", 0.012));
         let (wide, fine) = (noise("vignette, wide", 0.07), noise("vignette, fine", 0.02));
-        // Strokes lie across the sheet: a brush ends unevenly on both sides, and leaves streaks above and below.
-        let strokes = self.streaks(seed, "border, strokes", 0.0075);
-        let bristles = self.streaks(seed, "border, bristles", 0.0018);
+        // Strokes lie across the sheet; here and there the brush ran dry before its end, and its bristles show.
+        let (bristles, dry) = (self.streaks(seed, "border, bristles", 0.0022), noise("border, dry", 0.04));
         let corners = self.rounded(0.022);
         Raster::from_fn(self.size[0], self.size[1], |x, y| {
-            let brushed = 0.0034 * strokes.at(x, y) + 0.0026 * bristles.at(x, y);
-            let ragged = 0.0028 * long.at(x, y) + brushed + 0.004 * (paper.at(x, y) - 0.5);
+            let dry = smoothstep(dry.at(x, y), 0.5, 1.5);
+            let even = 0.0042 * long.at(x, y) + 0.0014 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
+            let ragged = even + 0.003 * dry * bristles.at(x, y);
             let dissolved = vignette * (0.02 + 0.008 * wide.at(x, y) + 0.004 * fine.at(x, y));
             -corners.at(x, y) + s * (0.006 * (1.0 - vignette.min(1.0)) + ragged - dissolved)
         })

@@ -352,6 +352,7 @@ impl<'a> Painter<'a> {
             edge_width: 1.2,
             evaporation: 0.008,
             creep_speed: 0.0,
+            slope_scale: plan.slope,
             ..LivingParams::default()
         }
     }

@@ -307,7 +307,7 @@ fn voted_in_parts<L: Copy + PartialEq + Send + Sync>(
 }
 
 /// Distances from an edge beyond this are not told apart.
-const FARTHEST: f32 = 8.0;
+pub const FARTHEST: f32 = 8.0;
 
 /// Cells with another label within `radius`, to the sides or up and down.
 fn near_borders<L: Copy + PartialEq>(labels: &Raster<L>, radius: usize) -> Raster<u8> {

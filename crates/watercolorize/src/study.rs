@@ -15,7 +15,10 @@ use crate::separate::lab;
 use crate::settings::PhotoParams;
 
 /// Part of a step that is made within two cells, for an edge that counts as blurred and one that counts as sharp.
-const SHARP: [f32; 2] = [0.28, 0.5];
+const SHARP: [f32; 2] = [0.45, 0.9];
+
+/// Cells over which an edge of the photograph makes its step.
+const STEP: f64 = 3.0;
 
 /// Rasters of the sheet's cells.
 pub type Plane = Raster<f32>;
@@ -39,6 +42,10 @@ pub struct Study<'a> {
     pub exact: Plane,
     /// How sharp the photograph's edges are around each cell, 0 for blurred ones to 1.
     pub sharp: Plane,
+    /// How much the photograph itself changes at each cell, Lab.
+    pub steps: Plane,
+    /// Where what changes does so softly, and is painted without steps; 0 to 1.
+    pub graded: Plane,
     /// How rough the photograph is, 0 to 1.
     pub rough: Plane,
     /// How far inside the painting's border each cell is, cells.
@@ -70,6 +77,7 @@ impl<'a> Study<'a> {
         let broad = abstracted(&photo, &radius);
         let rough = roughness(&photo, &broad, &exact, &mount);
         let masked = (params.detail > 0.0).then(|| light_lines(&photo, &mount, &exact));
+        let sharp = sharpness(&photo, &mount);
         let inside = mount.painted(&request.mounting, params.vignette as f32, paper, request.seed);
         let mut study = Self {
             params,
@@ -82,8 +90,12 @@ impl<'a> Study<'a> {
             ],
             distance: mount.distance(),
             bare: Raster::new(mount.size[0], mount.size[1], 0),
+            steps: most_within(&regions::steps(&photo, STEP), 1),
+            graded: Raster::by_rows(exact.width(), exact.height(), |x, y| {
+                (1.0 - sharp.at(x, y)) * (1.0 - 0.5 * exact.at(x, y))
+            }),
             exact,
-            sharp: sharpness(&photo, &mount),
+            sharp,
             photo,
             rough,
             inside,

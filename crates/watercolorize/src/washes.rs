@@ -31,6 +31,8 @@ pub struct WashPlan {
     pub film: f32,
     /// Edge darkening, film a step.
     pub edge_darkening: f64,
+    /// How much water follows the paper's slopes, 0.25 mm a step: the grain of deep washes is their pigments' only.
+    pub slope: f64,
     /// Unevenness of what is laid.
     pub turbulence: f32,
     /// Share of the pigments' granulation.
@@ -69,6 +71,7 @@ impl WashPlan {
             most_each: between([0.8, 1.2, 1.5, 1.8]) as f32,
             film: between([0.55, 0.45, 0.4, 0.35]) as f32,
             edge_darkening: between([0.012, 0.016, 0.016, 0.012]),
+            slope: between([0.2, 0.1, 0.1, 0.1]),
             turbulence: between([0.12, 0.08, 0.06, 0.05]) as f32,
             granulation: between([1.0, 0.7, 0.5, 0.4]),
             softness: between([1.0, 0.8, 0.55, 0.35]) as f32,
