@@ -3,7 +3,6 @@
 use girtin_grid::Raster;
 use girtin_grid::blur::gaussian_plane;
 use girtin_grid::resize::resized;
-use rayon::prelude::*;
 
 use crate::abstraction::Flow;
 use crate::accidents::smoothstep;
@@ -29,25 +28,18 @@ fn drawn(lightness: &Raster<f32>, flow: &Flow, mount: &Mount, drawing: &Drawing)
     let (width, height) = (lightness.width(), lightness.height());
     let sigma = mount.cells(drawing.width);
     let (fine, wide) = (gaussian_plane(lightness, sigma), gaussian_plane(lightness, 1.6 * sigma));
-    let edges = Raster::from_fn(width, height, |x, y| drawing.sign * (fine.at(x, y) - wide.at(x, y)));
+    let edges = Raster::by_rows(width, height, |x, y| drawing.sign * (fine.at(x, y) - wide.at(x, y)));
     let reach = mount.cells(drawing.reach).max(1.0) as isize;
     let weight = |t: isize| libm::expf(-4.0 * (t as f32 / reach as f32) * (t as f32 / reach as f32));
     let all: f32 = (-reach..=reach).map(weight).sum();
-    let cells: Vec<f32> = (0..height)
-        .into_par_iter()
-        .flat_map_iter(|y| {
-            let edges = &edges;
-            (0..width).map(move |x| {
-                let [along, _] = flow.at(x, y);
-                let (cos, sin) = (libm::cosf(along), libm::sinf(along));
-                let at = |t: isize| {
-                    edges.sample(x as f32 + 0.5 + t as f32 * cos, y as f32 + 0.5 + t as f32 * sin) * weight(t)
-                };
-                (-reach..=reach).map(at).sum::<f32>() / all
-            })
-        })
-        .collect();
-    Raster::from_vec(width, height, cells).unwrap_or_else(|| unreachable!("a value for each cell"))
+    Raster::by_rows(width, height, |x, y| {
+        let [along, _] = flow.at(x, y);
+        let (cos, sin) = (libm::cosf(along), libm::sinf(along));
+        let at = |t: isize| {
+            edges.sample(x as f32 + 0.5 + t as f32 * cos, y as f32 + 0.5 + t as f32 * sin) * weight(t)
+        };
+        (-reach..=reach).map(at).sum::<f32>() / all
+    })
 }
 
 /// How fully each cell is covered by ink; denser where the eye rests. `lab` may be finer than the mount's cells.
@@ -72,9 +64,15 @@ pub fn light_lines(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32
     let drawing = Drawing { width: 0.0013, reach: 0.016, sign: 1.0 };
     let lines = drawn(&lightness, &flow, mount, &drawing);
     let around = gaussian_plane(&lightness, mount.cells(0.01));
-    let lines = Raster::from_fn(lab.width(), lab.height(), |x, y| {
-        let [_, clear] = flow.at(x, y);
-        let lighter = smoothstep(lightness.at(x, y) - around.at(x, y), 2.5, 8.0);
+    let (calm, beside) = (gaussian_plane(&lightness, 0.7), (2.5 * mount.cells(drawing.width)) as f32);
+    let lines = Raster::by_rows(lab.width(), lab.height(), |x, y| {
+        let [along, clear] = flow.at(x, y);
+        // Lighter than on both sides: the light side of an edge is no line.
+        let (dx, dy) = (-beside * libm::sinf(along), beside * libm::cosf(along));
+        let at = |by: f32| calm.sample(x as f32 + 0.5 + by * dx, y as f32 + 0.5 + by * dy);
+        let above = calm.at(x, y) - at(1.0).max(at(-1.0));
+        let lighter =
+            smoothstep(lightness.at(x, y) - around.at(x, y), 2.5, 8.0) * smoothstep(above, 1.5, 6.0);
         let line = 0.8 * smoothstep(lines.at(x, y), 0.7, 1.8);
         line * lighter
             * smoothstep(clear, 0.3, 0.6)
@@ -98,30 +96,21 @@ fn kept(lines: &Raster<f32>, least: &Raster<f32>) -> Raster<f32> {
 pub fn warped<const N: usize>(raster: &Raster<[f32; N]>, by: &Raster<[f32; 2]>) -> Raster<[f32; N]> {
     let (width, height) = (raster.width(), raster.height());
     let by = resized(by, width, height);
-    let cells: Vec<[f32; N]> = (0..height)
-        .into_par_iter()
-        .flat_map_iter(|y| {
-            let by = &by;
-            (0..width).map(move |x| {
-                let [dx, dy] = by.at(x, y);
-                let (px, py) = (
-                    (x as f32 + dx).clamp(0.0, (width - 1) as f32),
-                    (y as f32 + dy).clamp(0.0, (height - 1) as f32),
-                );
-                let (x0, y0) = (px as usize, py as usize);
-                let (x1, y1) = ((x0 + 1).min(width - 1), (y0 + 1).min(height - 1));
-                let (fx, fy) = (px - x0 as f32, py - y0 as f32);
-                let corners = [
-                    (raster.at(x0, y0), (1.0 - fx) * (1.0 - fy)),
-                    (raster.at(x1, y0), fx * (1.0 - fy)),
-                    (raster.at(x0, y1), (1.0 - fx) * fy),
-                    (raster.at(x1, y1), fx * fy),
-                ];
-                core::array::from_fn(|k| corners.iter().map(|(value, weight)| value[k] * weight).sum())
-            })
-        })
-        .collect();
-    Raster::from_vec(width, height, cells).unwrap_or_else(|| unreachable!("a value for each cell"))
+    Raster::by_rows(width, height, |x, y| {
+        let [dx, dy] = by.at(x, y);
+        let (px, py) =
+            ((x as f32 + dx).clamp(0.0, (width - 1) as f32), (y as f32 + dy).clamp(0.0, (height - 1) as f32));
+        let (x0, y0) = (px as usize, py as usize);
+        let (x1, y1) = ((x0 + 1).min(width - 1), (y0 + 1).min(height - 1));
+        let (fx, fy) = (px - x0 as f32, py - y0 as f32);
+        let corners = [
+            (raster.at(x0, y0), (1.0 - fx) * (1.0 - fy)),
+            (raster.at(x1, y0), fx * (1.0 - fy)),
+            (raster.at(x0, y1), (1.0 - fx) * fy),
+            (raster.at(x1, y1), fx * fy),
+        ];
+        core::array::from_fn(|k| corners.iter().map(|(value, weight)| value[k] * weight).sum())
+    })
 }
 
 /// The same for labels: the nearest cell's.

@@ -114,6 +114,18 @@ impl Mount {
         }
     }
 
+    /// The same on cells half as wide.
+    pub fn finer(&self) -> Self {
+        Self {
+            long_edge: 2.0 * self.long_edge,
+            cells_per_mm: 2.0 * self.cells_per_mm,
+            size: self.size.map(|side| 2 * side),
+            origin: 2 * self.origin,
+            photo: self.photo.map(|side| 2 * side),
+            ..self.clone()
+        }
+    }
+
     /// A part of the long edge, cells.
     pub fn cells(&self, part: f64) -> f64 {
         part * self.long_edge
@@ -165,7 +177,7 @@ impl Mount {
         Raster::from_fn(self.size[0], self.size[1], |x, y| {
             let dry = smoothstep(dry.at(x, y), 0.5, 1.5);
             let even = 0.0042 * long.at(x, y) + 0.0014 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
-            let ragged = even + 0.003 * dry * bristles.at(x, y);
+            let ragged = even + 0.0022 * dry * bristles.at(x, y);
             let dissolved = vignette * (0.02 + 0.008 * wide.at(x, y) + 0.004 * fine.at(x, y));
             -corners.at(x, y) + s * (0.006 * (1.0 - vignette.min(1.0)) + ragged - dissolved)
         })

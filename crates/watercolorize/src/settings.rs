@@ -29,7 +29,7 @@ parameters! {
             acts: Simulation, doc: "How wet washes are, and how far they run where the photograph is soft.", source: "custom",
         }
         simplification: f64 {
-            symbol: "", label: "Simplification", unit: "1", default: 1.15, hard: (0.0, 5.0), soft: (0.5, 2.5),
+            symbol: "", label: "Simplification", unit: "1", default: 1.3, hard: (0.0, 5.0), soft: (0.5, 2.5),
             acts: Simulation, doc: "How large the shapes are that small things melt into.", source: "custom",
         }
         edge_threshold: f64 {
@@ -45,7 +45,7 @@ parameters! {
             acts: Simulation, doc: "How far the hand strays: washes do not quite register.", source: "custom",
         }
         key: f64 {
-            symbol: "", label: "Key", unit: "Lab L", default: 1.2, hard: (-20.0, 20.0), soft: (0.0, 8.0),
+            symbol: "", label: "Key", unit: "Lab L", default: 4.0, hard: (-20.0, 20.0), soft: (0.0, 8.0),
             acts: Simulation, doc: "How much lighter than the photograph the middle tones are painted.", source: "custom",
         }
         chroma: f64 {
@@ -53,7 +53,7 @@ parameters! {
             acts: Simulation, doc: "How much more colorful than the photograph.", source: "custom",
         }
         darkest: f64 {
-            symbol: "", label: "Darkest", unit: "Lab L", default: 7.0, hard: (0.0, 60.0), soft: (6.0, 25.0),
+            symbol: "", label: "Darkest", unit: "Lab L", default: 11.0, hard: (0.0, 60.0), soft: (6.0, 25.0),
             acts: Simulation, doc: "The darkest tone; below it washes look dead.", source: "custom",
         }
         economy: f64 {
@@ -61,7 +61,7 @@ parameters! {
             acts: Simulation, doc: "How much of what is missing later washes leave as it is, away from detail.", source: "custom",
         }
         charging: f64 {
-            symbol: "", label: "Charging", unit: "1", default: 0.7, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            symbol: "", label: "Charging", unit: "1", default: 1.1, hard: (0.0, 5.0), soft: (0.0, 2.0),
             acts: Simulation, doc: "How far the hue drifts inside a wash, as when other colors are dropped in.", source: "custom",
         }
         flatness: f64 {
@@ -73,11 +73,11 @@ parameters! {
             acts: Simulation, doc: "How far later washes step at the edges of their shapes, rather than fade in.", source: "custom",
         }
         turbulence: f64 {
-            symbol: "", label: "Turbulence", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            symbol: "", label: "Turbulence", unit: "1", default: 1.3, hard: (0.0, 5.0), soft: (0.0, 2.0),
             acts: Simulation, doc: "How unevenly water and pigment are laid.", source: "custom",
         }
         granulation: f64 {
-            symbol: "γ", label: "Granulation", unit: "1", default: 0.5, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            symbol: "γ", label: "Granulation", unit: "1", default: 0.7, hard: (0.0, 5.0), soft: (0.0, 2.0),
             acts: Simulation, doc: "How much pigment gathers in the paper's hollows.", source: "custom; C97 §4.5",
         }
         slivers: f64 {

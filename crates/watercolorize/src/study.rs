@@ -20,6 +20,15 @@ const SHARP: [f32; 2] = [0.45, 0.9];
 /// Cells over which an edge of the photograph makes its step.
 const STEP: f64 = 3.0;
 
+/// How much of what `detail` is above 1 is added to the exactness of every cell.
+const EVERYWHERE: f32 = 0.9;
+
+/// Steps over a few cells, Lab, up to which and from which on there is an edge that could be sharp.
+const EDGE: [f32; 2] = [3.0, 9.0];
+
+/// How much what steps less than an edge counts as soft where nothing is drawn exactly.
+const MODELLED: f32 = 0.2;
+
 /// Rasters of the sheet's cells.
 pub type Plane = Raster<f32>;
 /// Lab or linear colors of the sheet's cells.
@@ -54,7 +63,7 @@ pub struct Study<'a> {
     pub distance: Plane,
     /// What stays bare: 1.
     pub bare: Raster<u8>,
-    /// Masking fluid on thin light lines.
+    /// Masking fluid on thin light lines, twice as fine as the sheet's cells.
     pub masked: Option<Plane>,
 }
 
@@ -67,7 +76,9 @@ impl<'a> Study<'a> {
             Some(map) => mount.place(&map.map(|value| [value])).map(|[value]| value),
             None => attention(&photo, &mount),
         };
-        let exact = exact.map(|exact| (exact * params.detail as f32).clamp(0.0, 1.0));
+        // Who asks for more detail than there is where the eye rests wants some of it everywhere.
+        let (detail, everywhere) = (params.detail as f32, EVERYWHERE * (params.detail as f32 - 1.0).max(0.0));
+        let exact = exact.map(|exact| (exact * detail + everywhere).clamp(0.0, 1.0));
         let simpler = mount.cells(params.simplification);
         let radius = exact.map(|exact| {
             let exact = f64::from(exact);
@@ -76,8 +87,13 @@ impl<'a> Study<'a> {
         let times = |by: f32| radius.map(|radius| radius * by);
         let broad = abstracted(&photo, &radius);
         let rough = roughness(&photo, &broad, &exact, &mount);
-        let masked = (params.detail > 0.0).then(|| light_lines(&photo, &mount, &exact));
-        let sharp = sharpness(&photo, &mount);
+        let masked = (params.detail > 0.0).then(|| {
+            // Thin lines would be beads on the sheet's own cells.
+            let mount = mount.finer();
+            let exact = resized_plane(&exact, mount.size[0], mount.size[1]);
+            light_lines(&mount.place(request.photo).map(lab), &mount, &exact)
+        });
+        let sharp = sharpness(&photo, &exact, &mount);
         let inside = mount.painted(&request.mounting, params.vignette as f32, paper, request.seed);
         let mut study = Self {
             params,
@@ -91,9 +107,7 @@ impl<'a> Study<'a> {
             distance: mount.distance(),
             bare: Raster::new(mount.size[0], mount.size[1], 0),
             steps: most_within(&regions::steps(&photo, STEP), 1),
-            graded: Raster::by_rows(exact.width(), exact.height(), |x, y| {
-                (1.0 - sharp.at(x, y)) * (1.0 - 0.5 * exact.at(x, y))
-            }),
+            graded: Raster::by_rows(exact.width(), exact.height(), |x, y| 1.0 - sharp.at(x, y)),
             exact,
             sharp,
             photo,
@@ -197,6 +211,9 @@ impl<'a> Study<'a> {
             let is_light = light.at(x, y)[0] > 45.0 && self.distance.at(x, y) < -self.cells(0.02) as f32;
             u8::from(is_light && edges.at(x, y) < reach * chance * loose * self.sharp.at(x, y))
         });
+        // What is a cell wide would be a row of dots.
+        let round = gaussian_plane(&there.map(f32::from), 1.0);
+        let there = Raster::by_rows(width, height, |x, y| u8::from(round.at(x, y) > 0.5) & there.at(x, y));
         let area = self.area(6e-5) as f32;
         cleaned(&there, &Raster::new(width, height, area), 0.0)
     }
@@ -216,15 +233,7 @@ impl<'a> Study<'a> {
     /// The ink drawing of the photograph, twice as fine as the sheet's cells, as lines are thin; by a hand that wavers and
     /// presses unevenly.
     pub fn ink(&self, photo: &Colors) -> Plane {
-        let coarse = &self.mount;
-        let mount = Mount {
-            long_edge: 2.0 * coarse.long_edge,
-            cells_per_mm: 2.0 * coarse.cells_per_mm,
-            size: coarse.size.map(|side| 2 * side),
-            origin: 2 * coarse.origin,
-            photo: coarse.photo.map(|side| 2 * side),
-            ..coarse.clone()
-        };
+        let mount = self.mount.finer();
         let [width, height] = mount.size;
         let exact = resized_plane(&self.exact, width, height);
         let inside = resized_plane(&self.inside, width, height);
@@ -235,20 +244,24 @@ impl<'a> Study<'a> {
         let pressure = plane(self.seed, "ink pressure", mount.size, mount.cells(0.02));
         Raster::by_rows(width, height, |x, y| {
             let pressure = (0.85 + 0.3 * pressure.at(x, y)).clamp(0.25, 1.0);
-            let there = f32::from(u8::from(inside.at(x, y) > coarse.cells(0.002) as f32));
+            let there = f32::from(u8::from(inside.at(x, y) > self.mount.cells(0.002) as f32));
             (lines.at(x, y)[0] * pressure * there * 0.92).clamp(0.0, 1.0)
         })
     }
 }
 
 /// How sharp the edges of a Lab photograph are: how much of what it changes over a few cells it changes over two.
-fn sharpness(photo: &Colors, mount: &Mount) -> Plane {
+fn sharpness(photo: &Colors, exact: &Plane, mount: &Mount) -> Plane {
     let [near, far] = [2.0, mount.cells(0.011)].map(|distance| {
         // Off an edge it is still that edge which is judged.
         most_within(&regions::steps(photo, distance), mount.cells(0.006) as usize)
     });
     let sharp = Raster::by_rows(photo.width(), photo.height(), |x, y| {
-        smoothstep(near.at(x, y) / far.at(x, y).max(1.0), SHARP[0], SHARP[1])
+        let (near, far) = (near.at(x, y), far.at(x, y));
+        // Of flat modelling a painter makes steps, but for what is drawn exactly.
+        let modelled = 1.0 - smoothstep(far, EDGE[0], EDGE[1]);
+        let modelled = modelled * (MODELLED + (1.0 - MODELLED) * exact.at(x, y));
+        smoothstep(near / far.max(1.0), SHARP[0], SHARP[1]) * (1.0 - modelled)
     });
     gaussian_plane(&sharp, mount.cells(0.004))
 }

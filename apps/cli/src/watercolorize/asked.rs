@@ -9,6 +9,7 @@ use girtin::params::{Table, hint_for, parse};
 use girtin::watercolorize::separate::MOST;
 use girtin::watercolorize::{Border, Mounting, PRESETS, PhotoParams, Preset};
 
+use super::photo::Opened;
 use crate::arguments::{real_within, set, set_help, unknown_pigment};
 use crate::failure::Failure;
 use crate::input;
@@ -38,10 +39,10 @@ pub struct AskedArgs {
     /// Any parameter of a preset, such as `ink=0.8`; may be repeated; `--help` lists them
     #[arg(long = "set", value_name = "KEY=VALUE", long_help = set_help::<PhotoParams>())]
     set: Vec<String>,
-    /// Seed of all accidents: another one is another painting of the same photograph
+    /// Seed of all accidents: another one is another painting of the same photograph; made of the photograph if not given
     // As large as a document can say.
-    #[arg(long, value_name = "N", default_value_t = 0)]
-    seed: u32,
+    #[arg(long, value_name = "N")]
+    seed: Option<u32>,
     /// Long edge of the picture on paper, such as 160mm, 30cm or 12in
     #[arg(long, value_name = "LENGTH", default_value = "160mm", value_parser = parse_length)]
     sheet: f64,
@@ -106,8 +107,20 @@ pub struct Recipe {
     pub paper: String,
     /// How it lies on the sheet.
     pub mounting: Mounting,
-    /// Seed.
-    pub seed: u64,
+    /// Seed, if it is not to be made of the photograph.
+    pub seed: Option<u32>,
+}
+
+impl Recipe {
+    /// The recipe for a photograph.
+    pub fn for_photo(&self, photo: &Opened) -> Self {
+        Self { seed: self.seed.or(Some(photo.fingerprint)), ..self.clone() }
+    }
+
+    /// The seed that is painted with.
+    pub fn seed(&self) -> u64 {
+        self.seed.map_or(0, u64::from)
+    }
 }
 
 /// Cells of a quick painting's plan to one of a full one's: the same shapes, a little rounder.
@@ -164,7 +177,7 @@ impl AskedArgs {
             palette: palette.cloned().or(preset.palette),
             paper: paper.id.clone(),
             mounting: Mounting { long_edge_mm: self.sheet, margin: self.margin, border },
-            seed: u64::from(self.seed),
+            seed: self.seed,
         })
     }
 

@@ -278,7 +278,7 @@ fn placed(mount: &Mount, recipe: &Recipe, coverage: &Raster<f32>) -> Raster<f32>
 }
 
 fn sheet(mount: &Mount, recipe: &Recipe, long_edge: u32) -> SheetSettings {
-    let sheet = mount.sheet(&recipe.mounting, &recipe.paper, recipe.seed, long_edge);
+    let sheet = mount.sheet(&recipe.mounting, &recipe.paper, recipe.seed(), long_edge);
     SheetSettings { relief_mm: recipe.params.relief, ..sheet }
 }
 

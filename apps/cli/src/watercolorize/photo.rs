@@ -1,7 +1,7 @@
 //! The photograph and the masks that lie over it.
 
 use std::ffi::OsStr;
-use std::io::{Seek, SeekFrom};
+use std::io::{ErrorKind, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use girtin::grid::Raster;
@@ -106,6 +106,8 @@ pub struct Opened {
     pub size: [usize; 2],
     /// Long edge of its painting.
     pub long_edge: u32,
+    /// A number that tells photographs apart.
+    pub fingerprint: u32,
     reading: Reading,
 }
 
@@ -128,7 +130,8 @@ impl Reading {
         let mut source = input::open(path)?;
         let size = read_size(&mut *source, ending(path), &self.limits());
         let (width, height) = size.map_err(|error| input::no_photo(path, &error))?;
-        source.seek(SeekFrom::Start(0)).map_err(|error| input::no_photo(path, &PictureError::Read(error)))?;
+        let fingerprint = fingerprint(&mut source);
+        let fingerprint = fingerprint.map_err(|error| input::no_photo(path, &PictureError::Read(error)))?;
         let longest = width.max(height);
         let long_edge = match self.size {
             Some(size) => size,
@@ -136,8 +139,29 @@ impl Reading {
             None => longest.min(LONGEST),
         };
         let size = [width as usize, height as usize];
-        Ok(Opened { source, path: path.to_owned(), size, long_edge, reading: self })
+        Ok(Opened { source, path: path.to_owned(), size, long_edge, fingerprint, reading: self })
     }
+}
+
+/// A number made of all bytes, which are to be read again.
+fn fingerprint(source: &mut dyn Source) -> std::io::Result<u32> {
+    let mut bytes = vec![0; 1 << 16];
+    // Fowler, Noll and Vo's hash.
+    let mut folded = 0x811c_9dc5_u32;
+    source.seek(SeekFrom::Start(0))?;
+    loop {
+        match source.read(&mut bytes) {
+            Ok(0) => break,
+            Ok(read) => {
+                let fold = |folded: u32, &byte: &u8| (folded ^ u32::from(byte)).wrapping_mul(0x0100_0193);
+                folded = bytes[..read].iter().fold(folded, fold);
+            }
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    source.seek(SeekFrom::Start(0))?;
+    Ok(folded)
 }
 
 impl Opened {

@@ -36,7 +36,7 @@ impl Told {
             });
             json!({ "name": glaze.name, "pigments": pigments.collect::<Vec<_>>() })
         });
-        Self { preset: recipe.preset.clone(), seed: recipe.seed, palette, glazes: glazes.collect() }
+        Self { preset: recipe.preset.clone(), seed: recipe.seed(), palette, glazes: glazes.collect() }
     }
 
     /// Ids of its pigments.

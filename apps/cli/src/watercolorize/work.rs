@@ -74,17 +74,22 @@ impl Work<'_> {
     pub fn plan(&self, errand: &Errand) -> Result<(), Failure> {
         let opened = self.reading.open(&errand.photo)?;
         let (photo, long_edge) = (opened.size, opened.long_edge);
+        let recipes = self.recipes_for(&opened);
         let plan = |recipe| Plan { recipe, photo, long_edge, errand };
-        self.recipes.iter().try_for_each(|recipe| check_resolution(errand, &plan(recipe)))?;
+        recipes.iter().try_for_each(|recipe| check_resolution(errand, &plan(recipe)))?;
         if let Some(mattes) = &errand.mattes {
             self.tell_unused(mattes);
             mattes.check(photo)?;
         }
         drop(self.material(errand, opened)?);
-        for plan in self.recipes.iter().map(plan) {
+        for plan in recipes.iter().map(plan) {
             print(&if self.json { format!("{}\n", plan.json()) } else { plan.text() })?;
         }
         Ok(())
+    }
+
+    fn recipes_for(&self, photo: &Opened) -> Vec<Recipe> {
+        self.recipes.iter().map(|recipe| recipe.for_photo(photo)).collect()
     }
 
     fn tell_unused(&self, mattes: &Mattes) {
@@ -135,19 +140,20 @@ impl Work<'_> {
         progress.at("reading the photograph", 0.0);
         let opened = self.reading.open(&errand.photo)?;
         let (photo, long_edge) = (opened.size, opened.long_edge);
+        let recipes = self.recipes_for(&opened);
         let plan = |recipe| Plan { recipe, photo, long_edge, errand };
-        let plans: Vec<Plan<'_>> = self.recipes.iter().map(plan).collect();
+        let plans: Vec<Plan<'_>> = recipes.iter().map(plan).collect();
         self.tell(errand, &plans[0]);
         check_resolution(errand, &plans[0])?;
         let most = plans.iter().map(Plan::memory).max().unwrap_or(0);
         self.means.check_memory(most, SMALLER)?;
         let material = self.material(errand, opened)?;
         if self.is_contact_sheet {
-            return self.contact_sheet(errand, &material, progress);
+            return self.contact_sheet(errand, &recipes, &material, progress);
         }
         let [painting, developing] = plans[0].seconds();
         let done = painting / (painting + developing);
-        let recipe = &self.recipes[0];
+        let recipe = &recipes[0];
         let (painting, planned) = match &errand.mattes {
             Some(mattes) => {
                 let (painting, planned) = mattes.paint(self, recipe, &material, progress, done)?;
@@ -224,7 +230,7 @@ impl Work<'_> {
             palette: recipe.palette.as_deref(),
             paper: &recipe.paper,
             mounting: recipe.mounting,
-            seed: recipe.seed,
+            seed: recipe.seed(),
             long_edge: material.long_edge,
             reserve: reserve.as_ref(),
             detail_map: detail_map.as_ref(),
@@ -239,13 +245,14 @@ impl Work<'_> {
     fn contact_sheet(
         &self,
         errand: &Errand,
+        recipes: &[Recipe],
         material: &Material,
         progress: &Progress,
     ) -> Result<([usize; 2], Value, Delivered), Failure> {
         let mut sheet: Option<ContactSheet> = None;
         let mut told = Vec::new();
-        let count = self.recipes.len();
-        for (at, recipe) in self.recipes.iter().enumerate() {
+        let count = recipes.len();
+        for (at, recipe) in recipes.iter().enumerate() {
             let part = |part: f64| (at as f64 + part) / count as f64;
             let say = |stage, done| {
                 let stage = format!("{}: {}", recipe.preset, said(stage, recipe.params.washes));
@@ -258,13 +265,13 @@ impl Work<'_> {
             sheet.lay(&picture, &recipe.preset);
             told.push(Told::of(recipe, &painting.document, &painting.painted.glazes).json());
         }
-        let names: Vec<&str> = self.recipes.iter().map(|recipe| recipe.preset.as_str()).collect();
+        let names: Vec<&str> = recipes.iter().map(|recipe| recipe.preset.as_str()).collect();
         self.means.talk.detail(&format!("in this order: {}", names.join(", ")));
         let picture = sheet.map_or_else(|| Raster::new(1, 1, GROUND), ContactSheet::into_picture);
         let size = [picture.width(), picture.height()];
         let mut delivered = Delivered::default();
         if let Some((target, format)) = &errand.picture {
-            let words = [("Seed", self.recipes[0].seed.to_string())];
+            let words = [("Seed", recipes[0].seed().to_string())];
             let meta = self.means.write.picture.meta(None, &words);
             let write =
                 |writer: &mut dyn std::io::Write| Ok(write_picture(writer, &picture, *format, &meta)?);
