@@ -73,7 +73,7 @@ impl Flow {
         let at = |x: isize, y: isize| {
             lab.at(x.clamp(0, width as isize - 1) as usize, y.clamp(0, height as isize - 1) as usize)[0]
         };
-        let tensor = Raster::from_fn(width, height, |x, y| {
+        let tensor = Raster::by_rows(width, height, |x, y| {
             let (x, y) = (x as isize, y as isize);
             let sobel = |dx: isize, dy: isize| {
                 let side = |s: isize| {
@@ -86,7 +86,9 @@ impl Flow {
             let (gx, gy) = (sobel(1, 0), sobel(0, 1));
             [gx * gx, gx * gy, gy * gy]
         });
-        Self(gaussian(&tensor, sigma).map(|[e, f, g]| {
+        let tensor = gaussian(&tensor, sigma);
+        Self(Raster::by_rows(width, height, |x, y| {
+            let [e, f, g] = tensor.at(x, y);
             let spread = libm::sqrtf((e - g) * (e - g) + 4.0 * f * f);
             let along = 0.5 * libm::atan2f(2.0 * f, e - g) + core::f32::consts::FRAC_PI_2;
             [along, spread / (e + g + 1e-6)]

@@ -14,19 +14,19 @@ pub fn attention(lab: &Raster<[f32; 3]>, mount: &Mount) -> Raster<f32> {
     let [width, height] = mount.size;
     let lightness = gaussian_plane(&lab.map(|lab| lab[0]), mount.cells(0.0012));
     let at = |x: usize, y: usize| lightness.at(x.min(width - 1), y.min(height - 1));
-    let energy = Raster::from_fn(width, height, |x, y| {
+    let energy = Raster::by_rows(width, height, |x, y| {
         let gx = 0.5 * (at(x + 1, y) - at(x.saturating_sub(1), y));
         let gy = 0.5 * (at(x, y + 1) - at(x, y.saturating_sub(1)));
         gx * gx + gy * gy
     });
     let sharp = gaussian_plane(&energy, mount.cells(0.028));
     let (near, far) = (gaussian(lab, mount.cells(0.02)), gaussian(lab, mount.cells(0.15)));
-    let outstanding = Raster::from_fn(width, height, |x, y| {
+    let outstanding = Raster::by_rows(width, height, |x, y| {
         let square: f32 = near.at(x, y).iter().zip(far.at(x, y)).map(|(a, b)| (a - b) * (a - b)).sum();
         square.sqrt()
     });
     let outstanding = ranks(&outstanding);
-    let score = Raster::from_fn(width, height, |x, y| {
+    let score = Raster::by_rows(width, height, |x, y| {
         let central = |at: usize, of: usize, photo: usize| {
             let off = (at as f32 - of as f32 / 2.0) / photo as f32;
             off * off

@@ -24,31 +24,44 @@ struct Drawing {
 ///
 /// # Source
 /// After Kang, Lee, Chui, *Coherent Line Drawing*, 2007, contours taken for straight.
-fn drawn(lightness: &Raster<f32>, flow: &Flow, mount: &Mount, drawing: &Drawing) -> Raster<f32> {
-    let (width, height) = (lightness.width(), lightness.height());
-    let sigma = mount.cells(drawing.width);
-    let (fine, wide) = (gaussian_plane(lightness, sigma), gaussian_plane(lightness, 1.6 * sigma));
-    let edges = Raster::by_rows(width, height, |x, y| drawing.sign * (fine.at(x, y) - wide.at(x, y)));
-    let reach = mount.cells(drawing.reach).max(1.0) as isize;
-    let weight = |t: isize| libm::expf(-4.0 * (t as f32 / reach as f32) * (t as f32 / reach as f32));
-    let all: f32 = (-reach..=reach).map(weight).sum();
-    Raster::by_rows(width, height, |x, y| {
-        let [along, _] = flow.at(x, y);
+struct Contours<'a> {
+    edges: Raster<f32>,
+    flow: &'a Flow,
+    /// Weights from the middle on to either side.
+    weights: Vec<f32>,
+}
+
+impl<'a> Contours<'a> {
+    fn of(lightness: &Raster<f32>, flow: &'a Flow, mount: &Mount, drawing: &Drawing) -> Self {
+        let sigma = mount.cells(drawing.width);
+        let (fine, wide) = (gaussian_plane(lightness, sigma), gaussian_plane(lightness, 1.6 * sigma));
+        let edges = Raster::by_rows(lightness.width(), lightness.height(), |x, y| {
+            drawing.sign * (fine.at(x, y) - wide.at(x, y))
+        });
+        let reach = mount.cells(drawing.reach).max(1.0) as usize;
+        let weight = |t: usize| libm::expf(-4.0 * (t as f32 / reach as f32) * (t as f32 / reach as f32));
+        let weights: Vec<f32> = (0..=reach).map(weight).collect();
+        let all = 2.0 * weights.iter().sum::<f32>() - weights[0];
+        Self { edges, flow, weights: weights.into_iter().map(|weight| weight / all).collect() }
+    }
+
+    /// How clear a line a cell lies on.
+    fn at(&self, x: usize, y: usize) -> f32 {
+        let [along, _] = self.flow.at(x, y);
         let (cos, sin) = (libm::cosf(along), libm::sinf(along));
-        let at = |t: isize| {
-            edges.sample(x as f32 + 0.5 + t as f32 * cos, y as f32 + 0.5 + t as f32 * sin) * weight(t)
-        };
-        (-reach..=reach).map(at).sum::<f32>() / all
-    })
+        let at = |t: f32| self.edges.sample(x as f32 + 0.5 + t * cos, y as f32 + 0.5 + t * sin);
+        let both = |(t, weight): (usize, &f32)| weight * (at(t as f32) + at(-(t as f32)));
+        self.weights[0] * at(0.0) + self.weights.iter().enumerate().skip(1).map(both).sum::<f32>()
+    }
 }
 
 /// How fully each cell is covered by ink; denser where the eye rests. `lab` may be finer than the mount's cells.
 pub fn ink(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>, strength: f32) -> Raster<f32> {
     let flow = Flow::of(lab, mount.cells(0.005));
     let drawing = Drawing { width: 0.0017, reach: 0.011, sign: -1.0 };
-    let lines = drawn(&lab.map(|lab| lab[0]), &flow, mount, &drawing);
+    let lines = Contours::of(&lab.map(|lab| lab[0]), &flow, mount, &drawing);
     let loose = |x: usize, y: usize| 1.0 - attention.at(x, y).min(1.0);
-    let lines = Raster::from_fn(lab.width(), lab.height(), |x, y| {
+    let lines = Raster::by_rows(lab.width(), lab.height(), |x, y| {
         let loose = loose(x, y);
         smoothstep(strength * lines.at(x, y), 0.4 + 0.5 * loose, 1.2 + 0.8 * loose)
     });
@@ -62,21 +75,25 @@ pub fn light_lines(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32
     let flow = Flow::of(lab, mount.cells(0.004));
     let lightness = lab.map(|lab| lab[0]);
     let drawing = Drawing { width: 0.0013, reach: 0.016, sign: 1.0 };
-    let lines = drawn(&lightness, &flow, mount, &drawing);
+    let lines = Contours::of(&lightness, &flow, mount, &drawing);
     let around = gaussian_plane(&lightness, mount.cells(0.01));
     let (calm, beside) = (gaussian_plane(&lightness, 0.7), (2.5 * mount.cells(drawing.width)) as f32);
     let lines = Raster::by_rows(lab.width(), lab.height(), |x, y| {
         let [along, clear] = flow.at(x, y);
+        let lighter =
+            smoothstep(lightness.at(x, y) - around.at(x, y), 2.5, 8.0) * smoothstep(clear, 0.3, 0.6);
+        if lighter <= 0.0 {
+            return 0.0;
+        }
         // Lighter than on both sides: the light side of an edge is no line.
         let (dx, dy) = (-beside * libm::sinf(along), beside * libm::cosf(along));
         let at = |by: f32| calm.sample(x as f32 + 0.5 + by * dx, y as f32 + 0.5 + by * dy);
-        let above = calm.at(x, y) - at(1.0).max(at(-1.0));
-        let lighter =
-            smoothstep(lightness.at(x, y) - around.at(x, y), 2.5, 8.0) * smoothstep(above, 1.5, 6.0);
+        let above = smoothstep(calm.at(x, y) - at(1.0).max(at(-1.0)), 1.5, 6.0);
+        if above <= 0.0 {
+            return 0.0;
+        }
         let line = 0.8 * smoothstep(lines.at(x, y), 0.7, 1.8);
-        line * lighter
-            * smoothstep(clear, 0.3, 0.6)
-            * (0.35 + 0.65 * smoothstep(attention.at(x, y), 0.0, 0.3))
+        line * lighter * above * (0.35 + 0.65 * smoothstep(attention.at(x, y), 0.0, 0.3))
     });
     let cell = mount.long_edge as f32 * mount.long_edge as f32;
     kept(&lines, &Raster::new(lab.width(), lab.height(), 5e-5 * cell))
@@ -87,7 +104,7 @@ fn kept(lines: &Raster<f32>, least: &Raster<f32>) -> Raster<f32> {
     let there = lines.map(|line| u8::from(line > 0.3));
     let there = cleaned(&there, least, 0.0);
     let there = gaussian_plane(&there.map(f32::from), 0.7);
-    Raster::from_fn(lines.width(), lines.height(), |x, y| {
+    Raster::by_rows(lines.width(), lines.height(), |x, y| {
         (lines.at(x, y) * (1.6 * there.at(x, y)).min(1.0)).clamp(0.0, 1.0)
     })
 }
@@ -114,9 +131,9 @@ pub fn warped<const N: usize>(raster: &Raster<[f32; N]>, by: &Raster<[f32; 2]>) 
 }
 
 /// The same for labels: the nearest cell's.
-pub fn warped_labels<L: Copy>(labels: &Raster<L>, by: &Raster<[f32; 2]>) -> Raster<L> {
+pub fn warped_labels<L: Copy + Send + Sync>(labels: &Raster<L>, by: &Raster<[f32; 2]>) -> Raster<L> {
     let (width, height) = (labels.width(), labels.height());
-    Raster::from_fn(width, height, |x, y| {
+    Raster::by_rows(width, height, |x, y| {
         let [dx, dy] = by.at(x, y);
         let near =
             |at: usize, by: f32, of: usize| libm::roundf(at as f32 + by).clamp(0.0, (of - 1) as f32) as usize;

@@ -59,7 +59,7 @@ impl Planner<'_> {
             u8::from(self.study.inside.at(x, y) > 0.0 && self.study.bare.at(x, y) == 0)
         });
         let under = self.seen(&walls.regions, &open);
-        let under_lab = under.map(lab);
+        let under_lab = Raster::by_rows(width, height, |x, y| lab(under.at(x, y)));
         let even = within(&wanted, &walls.regions, self.study.cells(plan.flat_over));
         wanted = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);

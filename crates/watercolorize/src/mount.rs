@@ -6,6 +6,7 @@ use girtin_optics::{LinearRgb, Srgb};
 use girtin_painting::document::SheetSettings;
 
 use crate::accidents::{plane, smoothstep};
+use crate::separate::lab;
 
 /// Color of the bare sheet.
 pub const PAPER: Srgb = Srgb([251.0 / 255.0, 249.0 / 255.0, 244.0 / 255.0]);
@@ -140,9 +141,15 @@ impl Mount {
             let cell = cell.rem_euclid(period);
             (if cell < of as isize { cell } else { period - 1 - cell }) as usize
         };
-        Raster::from_fn(self.size[0], self.size[1], |x, y| {
+        Raster::by_rows(self.size[0], self.size[1], |x, y| {
             photo.at(at(x, self.photo[0]), at(y, self.photo[1]))
         })
+    }
+
+    /// The photograph on the sheet in Lab, from linear light.
+    pub fn place_lab(&self, photo: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
+        let placed = self.place(photo);
+        Raster::by_rows(placed.width(), placed.height(), |x, y| lab(placed.at(x, y)))
     }
 
     /// Distance of each cell from the photograph's border, cells, negative inside.
@@ -151,7 +158,7 @@ impl Mount {
             let (first, last) = (self.origin as f32, (self.origin + of) as f32 - 1.0);
             (first - cell as f32).max(cell as f32 - last)
         };
-        Raster::from_fn(self.size[0], self.size[1], |x, y| {
+        Raster::by_rows(self.size[0], self.size[1], |x, y| {
             beyond(x, self.photo[0]).max(beyond(y, self.photo[1]))
         })
     }
@@ -165,7 +172,7 @@ impl Mount {
         let noise = |name: &str, sigma: f64| plane(seed, name, self.size, self.cells(sigma));
         if mounting.border == Border::Taped {
             let bleeding = noise("taped border", 0.004);
-            return Raster::from_fn(self.size[0], self.size[1], |x, y| {
+            return Raster::by_rows(self.size[0], self.size[1], |x, y| {
                 -distance.at(x, y) + 0.0006 * s * bleeding.at(x, y)
             });
         }
@@ -174,7 +181,7 @@ impl Mount {
         // Strokes lie across the sheet; here and there the brush ran dry before its end, and its bristles show.
         let (bristles, dry) = (self.streaks(seed, "border, bristles", 0.0022), noise("border, dry", 0.04));
         let corners = self.rounded(0.022);
-        Raster::from_fn(self.size[0], self.size[1], |x, y| {
+        Raster::by_rows(self.size[0], self.size[1], |x, y| {
             let dry = smoothstep(dry.at(x, y), 0.5, 1.5);
             let even = 0.0042 * long.at(x, y) + 0.0014 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
             let ragged = even + 0.0022 * dry * bristles.at(x, y);
@@ -198,7 +205,7 @@ impl Mount {
             let (first, last) = (self.origin as f32, (self.origin + of) as f32 - 1.0);
             radius - (cell as f32 - first).min(last - cell as f32)
         };
-        Raster::from_fn(self.size[0], self.size[1], |x, y| {
+        Raster::by_rows(self.size[0], self.size[1], |x, y| {
             let (dx, dy) = (inside(x, self.photo[0]), inside(y, self.photo[1]));
             if dx > 0.0 && dy > 0.0 { libm::hypotf(dx, dy) - radius } else { dx.max(dy) - radius }
         })

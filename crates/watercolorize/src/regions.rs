@@ -301,8 +301,8 @@ fn voted_in_parts<L: Copy + PartialEq + Send + Sync>(
         .collect();
     let raster = |x: usize, y: usize| cells[y * width + x];
     (
-        Raster::from_fn(width, height, |x, y| raster(x, y).0),
-        Raster::from_fn(width, height, |x, y| raster(x, y).1),
+        Raster::by_rows(width, height, |x, y| raster(x, y).0),
+        Raster::by_rows(width, height, |x, y| raster(x, y).1),
     )
 }
 
@@ -310,9 +310,9 @@ fn voted_in_parts<L: Copy + PartialEq + Send + Sync>(
 pub const FARTHEST: f32 = 8.0;
 
 /// Cells with another label within `radius`, to the sides or up and down.
-fn near_borders<L: Copy + PartialEq>(labels: &Raster<L>, radius: usize) -> Raster<u8> {
+fn near_borders<L: Copy + PartialEq + Send + Sync>(labels: &Raster<L>, radius: usize) -> Raster<u8> {
     let (width, height) = (labels.width(), labels.height());
-    let border = Raster::from_fn(width, height, |x, y| {
+    let border = Raster::by_rows(width, height, |x, y| {
         let own = labels.at(x, y);
         let differs = |x: usize, y: usize| x < width && y < height && labels.at(x, y) != own;
         let before = |x: usize, y: usize| labels.at(x, y) != own;
@@ -458,7 +458,7 @@ fn merged(regions: &Regions, steps: &Raster<f32>, least: f32) -> Regions {
 /// The same regions with few numbers, 1 to 255, no two near each other alike; 0 is where `painted` is not.
 pub fn colored(regions: &Regions, painted: &Raster<u8>) -> Raster<u8> {
     let (width, height) = (regions.width(), regions.height());
-    let pieces = connected(&Raster::from_fn(width, height, |x, y| {
+    let pieces = connected(&Raster::by_rows(width, height, |x, y| {
         if painted.at(x, y) == 0 { 0 } else { regions.at(x, y) + 1 }
     }));
     let count = pieces.as_slice().iter().max().map_or(0, |most| *most as usize + 1);

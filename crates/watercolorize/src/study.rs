@@ -11,7 +11,6 @@ use crate::lines::{ink, light_lines, warped};
 use crate::mount::Mount;
 use crate::painter::Request;
 use crate::regions::{self, Finding, cleaned, regions, voted};
-use crate::separate::lab;
 use crate::settings::PhotoParams;
 
 /// Part of a step that is made within two cells, for an edge that counts as blurred and one that counts as sharp.
@@ -71,7 +70,7 @@ impl<'a> Study<'a> {
     /// Looks at the photograph on its sheet; `paper` is the sheet's height.
     pub fn new(request: &Request<'a>, mount: Mount, paper: &Plane) -> Self {
         let params = request.params;
-        let photo = mount.place(request.photo).map(lab);
+        let photo = mount.place_lab(request.photo);
         let exact = match request.detail_map {
             Some(map) => mount.place(&map.map(|value| [value])).map(|[value]| value),
             None => attention(&photo, &mount),
@@ -91,7 +90,7 @@ impl<'a> Study<'a> {
             // Thin lines would be beads on the sheet's own cells.
             let mount = mount.finer();
             let exact = resized_plane(&exact, mount.size[0], mount.size[1]);
-            light_lines(&mount.place(request.photo).map(lab), &mount, &exact)
+            light_lines(&mount.place_lab(request.photo), &mount, &exact)
         });
         let sharp = sharpness(&photo, &exact, &mount);
         let inside = mount.painted(&request.mounting, params.vignette as f32, paper, request.seed);
@@ -237,7 +236,7 @@ impl<'a> Study<'a> {
         let [width, height] = mount.size;
         let exact = resized_plane(&self.exact, width, height);
         let inside = resized_plane(&self.inside, width, height);
-        let lines = ink(&mount.place(photo).map(lab), &mount, &exact, self.params.ink as f32);
+        let lines = ink(&mount.place_lab(photo), &mount, &exact, self.params.ink as f32);
         let amplitude = mount.cells(0.0012) as f32;
         let stray = noise::<2>(self.seed, "ink wobble", mount.size, mount.cells(0.02));
         let lines = warped(&lines.map(|line| [line]), &stray.map(|by| by.map(|by| by * amplitude)));
