@@ -44,8 +44,8 @@ pub struct Outflow {
     amount: Field<f32>,
     /// Per row, the columns where the amount is not 0.
     spans: Vec<Vec<Range<usize>>>,
-    /// The same as places in the values of the amount, widened to whole vectors.
-    places: Vec<Vec<Range<usize>>>,
+    /// The same as places in a field, widened to whole vectors, and where the amount of each begins.
+    places: Vec<Vec<(Range<usize>, usize)>>,
 }
 
 impl Outflow {
@@ -79,22 +79,25 @@ impl Outflow {
 
     /// The amounts of one row that are not 0, with their places in a field.
     pub fn amounts(&self, row: usize) -> impl Iterator<Item = (usize, &[f32])> {
-        self.places[row].iter().map(|place| (place.start, &self.amount.values()[place.clone()]))
+        let amounts = self.amount.values();
+        self.places[row].iter().map(|(place, start)| (place.start, &amounts[*start..][..place.len()]))
     }
 
-    /// Lays the amounts out as packed fields are; they cannot be renewed then.
+    /// The same for packed fields, with nothing between the amounts; they cannot be renewed.
     pub fn packed(mut self, ground: &Ground) -> Self {
-        let mut amount = Field::<f32>::zeroed(ground.layout());
-        ground.gather(&self.amount, &mut amount);
-        for (row, (spans, places)) in self.spans.iter_mut().zip(&mut self.places).enumerate() {
-            let of_span = |span: &Range<usize>| {
-                let columns = whole_vectors(span);
-                let start = ground.place(row, columns.start);
-                start..start + columns.len()
-            };
-            *places = spans.iter().map(of_span).collect();
+        let all = || self.spans.iter().enumerate().flat_map(|(row, spans)| spans.iter().map(move |span| (row, span)));
+        let total = all().map(|(_, span)| whole_vectors(span).len()).sum();
+        let mut amount = Field::<f32>::zeroed(Layout::new(total, 1));
+        let mut places = vec![Vec::new(); self.spans.len()];
+        let mut start = amount.layout().stride() + Layout::LEFT;
+        for (row, span) in all() {
+            let columns = whole_vectors(span);
+            let place = ground.place(row, columns.start);
+            places[row].push((place..place + columns.len(), start));
+            amount.values_mut()[start..][..columns.len()].copy_from_slice(&self.amount.row(row)[columns.clone()]);
+            start += columns.len();
         }
-        self.amount = amount;
+        (self.amount, self.places) = (amount, places);
         self
     }
 
@@ -140,7 +143,7 @@ impl Outflow {
         for row in rows {
             self.spans[row] = nonzero_spans(self.amount.row(row), layout.columns());
             let start = row * layout.stride();
-            let place = |columns: Range<usize>| start + columns.start..start + columns.end;
+            let place = |columns: Range<usize>| (start + columns.start..start + columns.end, start + columns.start);
             self.places[row] = self.spans[row].iter().map(|span| place(whole_vectors(span))).collect();
         }
     }

@@ -173,7 +173,7 @@ impl World<'_> {
     }
 
     pub fn guarded_sweep(&mut self, row: usize) {
-        // The first sweep is a row ahead: what it has found so far decides.
+        // The first sweep is ahead: what it has found so far decides.
         let is_sure = f32::from_bits(self.found.corrections[0] as u32) > self.task.relax_tolerance;
         if !is_sure && self.own.contains(&row) {
             let place = self.ground.start(row)..self.ground.start(row + 1);
