@@ -85,7 +85,9 @@ impl Outflow {
 
     /// The same for packed fields, with nothing between the amounts; they cannot be renewed.
     pub fn packed(mut self, ground: &Ground) -> Self {
-        let all = || self.spans.iter().enumerate().flat_map(|(row, spans)| spans.iter().map(move |span| (row, span)));
+        let all = || {
+            self.spans.iter().enumerate().flat_map(|(row, spans)| spans.iter().map(move |span| (row, span)))
+        };
         let total = all().map(|(_, span)| whole_vectors(span).len()).sum();
         let mut amount = Field::<f32>::zeroed(Layout::new(total, 1));
         let mut places = vec![Vec::new(); self.spans.len()];
@@ -94,7 +96,8 @@ impl Outflow {
             let columns = whole_vectors(span);
             let place = ground.place(row, columns.start);
             places[row].push((place..place + columns.len(), start));
-            amount.values_mut()[start..][..columns.len()].copy_from_slice(&self.amount.row(row)[columns.clone()]);
+            amount.values_mut()[start..][..columns.len()]
+                .copy_from_slice(&self.amount.row(row)[columns.clone()]);
             start += columns.len();
         }
         (self.amount, self.places) = (amount, places);
@@ -143,7 +146,8 @@ impl Outflow {
         for row in rows {
             self.spans[row] = nonzero_spans(self.amount.row(row), layout.columns());
             let start = row * layout.stride();
-            let place = |columns: Range<usize>| (start + columns.start..start + columns.end, start + columns.start);
+            let place =
+                |columns: Range<usize>| (start + columns.start..start + columns.end, start + columns.start);
             self.places[row] = self.spans[row].iter().map(|span| place(whole_vectors(span))).collect();
         }
     }

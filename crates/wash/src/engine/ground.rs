@@ -128,7 +128,8 @@ impl Ground {
         stretches.iter_mut().flatten().for_each(|stretch| stretch.start += offset);
         let mut packing = Packing { layout, starts, stretches, windows: vec![Vec::new(); rows.end] };
         for row in active {
-            let of_run = |run: &Run| [row - 1, row, row + 1].map(|row| packing.place(row, run.first - BEFORE));
+            let of_run =
+                |run: &Run| [row - 1, row, row + 1].map(|row| packing.place(row, run.first - BEFORE));
             packing.windows[row] = region.runs(row).iter().map(of_run).collect();
         }
         Self { canvas, packing: Some(packing) }
@@ -198,6 +199,49 @@ impl Ground {
         for (row, stretches) in packing.stretches.iter().enumerate() {
             for stretch in stretches {
                 each(row, stretch.first..stretch.end, stretch.start);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_packed_window_holds_what_the_canvas_has_there() {
+        let canvas = Layout::new(900, 40);
+        let mut mask = Field::<u8>::zeroed(canvas);
+        let mut values = Field::<f32>::zeroed(canvas);
+        for y in 0..40usize {
+            for x in 0..900usize {
+                let is_wet = x.abs_diff(3 * y + 20) < 17 || x.abs_diff(290 - 5 * y) < 9 || x > 897;
+                mask.cells_mut(y)[x] = u8::from(is_wet && y != 12);
+                values.cells_mut(y)[x] = (1000 * y + x) as f32;
+            }
+        }
+        let region = Region::of(&mask, |wet| wet != 0);
+        let ground = Ground::packed(&region, canvas);
+        let mut packed = Field::<f32>::zeroed(ground.layout());
+        ground.gather(&values, &mut packed);
+        assert!(ground.layout().width() < 900 * 40 / 2, "it is smaller");
+        for row in region.active() {
+            for window in ground.windows(&region, row) {
+                for (row, start) in [(row - 1, window.above), (row, window.here), (row + 1, window.below)] {
+                    assert_eq!(
+                        packed.values()[start..][..window.len],
+                        *window.of(values.row(row)),
+                        "row {row}"
+                    );
+                    assert!(ground.start(row) <= start && start + window.len <= ground.start(row + 1));
+                }
+            }
+        }
+        let mut back = Field::<f32>::zeroed(canvas);
+        ground.scatter(&packed, &mut back);
+        for row in region.active() {
+            for run in region.runs(row) {
+                assert_eq!(back.row(row)[run.first..run.end], values.row(row)[run.first..run.end]);
             }
         }
     }

@@ -46,7 +46,8 @@ pub fn descend(stages: &[Stage], world: &mut World<'_>) {
     let rows_at_once = if world.task.living.is_none() { ROWS_AT_ONCE } else { 1 };
     for lead in (first..end).step_by(rows_at_once) {
         for &Falling { stage, lag, first, end } in &falling {
-            let rows = lead.saturating_sub(lag).max(first)..(lead + rows_at_once).saturating_sub(lag).min(end);
+            let rows =
+                lead.saturating_sub(lag).max(first)..(lead + rows_at_once).saturating_sub(lag).min(end);
             for row in rows {
                 world.work(stage, row);
             }

@@ -129,7 +129,7 @@ impl Pool {
         let wet = Region::of(&state.wet_mask, |wet| wet != 0);
         let outflow = outflow_of(&state, task, threads);
         let ground = Ground::canvas(state.layout());
-        Self::over(state, ground, outflow, slope_height, task, threads, [wet, damp], false)
+        Self::over(state, ground, outflow, slope_height, task, threads, [wet, damp])
     }
 
     /// All water of a canvas without dry paper between it; its edge must stay as it is.
@@ -140,8 +140,7 @@ impl Pool {
         ground.gather(&canvas.height, &mut state.height);
         ground.gather(&canvas.wet_mask, &mut state.wet_mask);
         let outflow = outflow_of(canvas, task, threads).packed(&ground);
-        let mut pool =
-            Self::over(state, ground, outflow, None, task, threads, [wet, Region::empty()], false);
+        let mut pool = Self::over(state, ground, outflow, None, task, threads, [wet, Region::empty()]);
         pool.gather(canvas);
         pool
     }
@@ -166,7 +165,8 @@ impl Pool {
         let canvas = Region::whole(state.layout());
         let outflow = outflow_of(&state, task, 1);
         let ground = Ground::canvas(state.layout());
-        Self::over(state, ground, outflow, slope_height, task, 1, [canvas.clone(), canvas], true)
+        let regions = [canvas.clone(), canvas];
+        Self { is_reference: true, ..Self::over(state, ground, outflow, slope_height, task, 1, regions) }
     }
 
     fn over(
@@ -177,7 +177,6 @@ impl Pool {
         task: &Task,
         threads: usize,
         [wet, damp]: [Region; 2],
-        is_reference: bool,
     ) -> Self {
         let bands = bands(threads);
         let living = task.living.as_ref().map(|_| LivingFields::new(&state, slope_height));
@@ -197,7 +196,7 @@ impl Pool {
             living,
             water: None,
             steepest: 0.0,
-            is_reference,
+            is_reference: false,
             joined: Vec::new(),
         };
         for row in pool.wet.active() {
@@ -259,13 +258,16 @@ impl Pool {
         let depth = depth(stages);
         let halo = |what| changes.contain(what).then_some(depth);
         let (state, ground, halos) = (&mut self.state, &self.ground, &mut self.halos);
-        let mut mask = share(&mut state.wet_mask, ground, cuts, &mut halos.mask, halo(Changes::MASK)).into_iter();
+        let mut mask =
+            share(&mut state.wet_mask, ground, cuts, &mut halos.mask, halo(Changes::MASK)).into_iter();
         let mut u = share(&mut state.u, ground, cuts, &mut halos.u, halo(Changes::FLOW)).into_iter();
         let mut v = share(&mut state.v, ground, cuts, &mut halos.v, halo(Changes::FLOW)).into_iter();
         let mut pressure =
-            share(&mut state.pressure, ground, cuts, &mut halos.pressure, halo(Changes::PRESSURE)).into_iter();
+            share(&mut state.pressure, ground, cuts, &mut halos.pressure, halo(Changes::PRESSURE))
+                .into_iter();
         let mut saturation =
-            share(&mut state.saturation, ground, cuts, &mut halos.saturation, halo(Changes::SATURATION)).into_iter();
+            share(&mut state.saturation, ground, cuts, &mut halos.saturation, halo(Changes::SATURATION))
+                .into_iter();
         let mut suspended =
             share_all(&mut state.suspended, ground, cuts, &mut halos.suspended, halo(Changes::SUSPENDED));
         let mut deposited =

@@ -24,7 +24,14 @@ impl World<'_> {
         for ((suspended, deposited), &exchange) in pigments {
             for Window { run, here, len, .. } in self.ground.windows(self.wet, row) {
                 let (height, mask) = (&self.height.values()[here..][..len], self.mask.at(here, len));
-                transfer(suspended.at_mut(here, len), deposited.at_mut(here, len), height, mask, exchange, run);
+                transfer(
+                    suspended.at_mut(here, len),
+                    deposited.at_mut(here, len),
+                    height,
+                    mask,
+                    exchange,
+                    run,
+                );
             }
         }
     }
