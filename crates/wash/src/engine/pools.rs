@@ -1,6 +1,7 @@
 //! Where the water is: pools of it, simulated in parallel.
 //!
-//! Water far apart is simulated apart: each pool has a state of its own, as small as it can be, so that a stroke on a
+//! Water that stays where it is and covers little of the sheet is one pool without dry paper
+//! ([`Ground`](super::ground::Ground)). Other water far apart is simulated apart: each pool has a state of its own, as small as it can be, so that a stroke on a
 //! large sheet lies as close in memory as it would on a small one. Pools share only the maxima that decide on
 //! sub-steps and sweeps, so they give the bits of the whole canvas. Where water covers most of the sheet there is one
 //! pool, and it is the sheet.
