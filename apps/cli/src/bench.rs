@@ -255,7 +255,7 @@ impl Bench<'_> {
         let large = self.wash(8192, 8192, &[island], subject)?;
         let mut list = vec![self.compare("512 × 512 on 8192 × 8192 / alone", large, small)?];
         self.args.talk.say("girtin: strokes on a tenth of 4096 × 4096");
-        let strokes = self.wash(4096, 4096, &strokes(), subject)?;
+        let strokes = self.wash(SHEET, SHEET, &strokes(), subject)?;
         let dense = self.wash(2048, 2048, &[[0, 0, 2048, 2048]], subject)?;
         list.push(self.compare("strokes on 10 % of 4096 × 4096 / 2048 × 2048 all wet", strokes, dense)?);
         Ok(list)
@@ -278,27 +278,51 @@ impl Bench<'_> {
     }
 }
 
-/// Strokes of 8 to 24 tiles by 1 to 4, a tile being 64 × 64 cells, until a tenth of 4096 × 4096 is wet.
+/// Side of the canvas that strokes lie on, cells.
+const SHEET: usize = 4096;
+
+/// Round-ended strokes of a brush in all directions, 16 to 120 cells wide and 200 to 1200 long, until a tenth of the sheet is
+/// wet; row by row.
 fn strokes() -> Vec<Rect> {
-    const TILE: usize = 64;
-    const TILES: usize = 4096 / TILE;
     let key = key(7, 1);
-    let mut is_wet = vec![false; TILES * TILES];
-    let mut strokes = Vec::new();
+    let mut is_wet = vec![false; SHEET * SHEET];
+    let (mut wet, mut rows) = (0, Vec::new());
     for number in 0.. {
-        if is_wet.iter().filter(|wet| **wet).count() * 10 >= TILES * TILES {
+        if wet * 10 >= SHEET * SHEET {
             break;
         }
-        let draw = |which, count: usize| below(at(key, [number, which]), count as u64) as usize;
-        let (long, short) = (8 + draw(0, 17), 1 + draw(1, 4));
-        let (columns, rows) = if draw(2, 2) == 0 { (long, short) } else { (short, long) };
-        let (x, y) = (draw(3, TILES - columns + 1), draw(4, TILES - rows + 1));
-        for y in y..y + rows {
-            is_wet[y * TILES + x..][..columns].fill(true);
+        let draw = |which, least: u64, most: u64| {
+            let drawn = below(at(key, [number, which]), most - least + 1);
+            (least + drawn) as f64
+        };
+        let radius = draw(0, 16, 120) / 2.0;
+        let length = draw(1, 200, 1200);
+        let [from_x, from_y] = [draw(2, 0, SHEET as u64 - 1), draw(3, 0, SHEET as u64 - 1)];
+        // Anywhere but straight to where it began.
+        let [across, down] = [draw(4, 0, 2000) - 1000.5, draw(5, 0, 2000) - 1000.5];
+        let along = (across * across + down * down).sqrt();
+        let [across, down] = [across / along, down / along];
+        let reach = |from: f64, to: f64| {
+            let first = (from.min(to) - radius).max(0.0) as usize;
+            first..((from.max(to) + radius) as usize + 1).min(SHEET)
+        };
+        for y in reach(from_y, from_y + length * down) {
+            let covers = |&x: &usize| {
+                let [x, y] = [x as f64 - from_x, y as f64 - from_y];
+                let nearest = (x * across + y * down).clamp(0.0, length);
+                let [x, y] = [x - nearest * across, y - nearest * down];
+                x * x + y * y < radius * radius
+            };
+            let columns = reach(from_x, from_x + length * across);
+            let Some(first) = columns.clone().find(covers) else { continue };
+            // A stroke is convex.
+            let run = first..(first..columns.end).find(|x| !covers(x)).unwrap_or(columns.end);
+            wet += is_wet[y * SHEET..][run.clone()].iter().filter(|wet| !**wet).count();
+            is_wet[y * SHEET..][run.clone()].fill(true);
+            rows.push([first, y, run.len(), 1]);
         }
-        strokes.push([x, y, columns, rows].map(|tiles| tiles * TILE));
     }
-    strokes
+    rows
 }
 
 fn wet_cells(state: &WashState) -> usize {
@@ -432,9 +456,12 @@ mod tests {
     #[test]
     fn strokes_cover_a_tenth_and_stay_on_the_canvas() {
         let strokes = strokes();
-        assert!(strokes.len() > 5);
+        let mut is_wet = vec![false; SHEET * SHEET];
         for [x, y, columns, rows] in strokes {
-            assert!(x + columns <= 4096 && y + rows <= 4096);
+            assert!(x + columns <= SHEET && y + rows <= SHEET);
+            is_wet[y * SHEET + x..][..columns].fill(true);
         }
+        let share = is_wet.iter().filter(|wet| **wet).count() as f64 / is_wet.len() as f64;
+        assert!((0.1..0.11).contains(&share), "{share}");
     }
 }

@@ -65,8 +65,13 @@ impl Layout {
         Self::LEFT..Self::LEFT + self.width
     }
 
+    /// Number of rows, those of the border included.
+    pub fn row_count(&self) -> usize {
+        Self::TOP + self.height + Self::BOTTOM
+    }
+
     fn len(&self) -> usize {
-        (Self::TOP + self.height + Self::BOTTOM) * self.stride
+        self.row_count() * self.stride
     }
 }
 
@@ -98,7 +103,17 @@ impl<T: Copy> Field<T> {
 
     /// Number of rows, those of the border included.
     pub fn row_count(&self) -> usize {
-        self.data.len() / self.layout.stride
+        self.layout.row_count()
+    }
+
+    /// All values, row after row, with the border.
+    pub fn values(&self) -> &[T] {
+        &self.data
+    }
+
+    /// The same, to change.
+    pub fn values_mut(&mut self) -> &mut [T] {
+        &mut self.data
     }
 
     /// One row of the field with its border.
@@ -177,12 +192,7 @@ pub struct Band<'a, T> {
     data: &'a mut [T],
 }
 
-impl<'a, T: Copy> Band<'a, T> {
-    /// The values of all its rows.
-    pub fn into_rows(self) -> &'a mut [T] {
-        self.data
-    }
-
+impl<T: Copy> Band<'_, T> {
     /// The field rows of the band.
     pub fn rows(&self) -> Range<usize> {
         self.first..self.first + self.data.len() / self.stride

@@ -7,6 +7,8 @@ use girtin_grid::{Field, Layout};
 use multiversion::multiversion;
 use rayon::prelude::*;
 
+use crate::engine::ground::Ground;
+
 /// Takes water from the cells of one row.
 ///
 /// # Source
@@ -20,8 +22,10 @@ pub fn draw_off(pressure: &mut [f32], outflow: &[f32]) {
 
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn draw_off_kernel(pressure: &mut [f32], outflow: &[f32]) {
-    for (p, &outflow) in pressure.iter_mut().zip(outflow) {
-        *p -= outflow;
+    let n = pressure.len();
+    let outflow = &outflow[..n];
+    for i in 0..n {
+        pressure[i] -= outflow[i];
     }
 }
 
@@ -40,6 +44,8 @@ pub struct Outflow {
     amount: Field<f32>,
     /// Per row, the columns where the amount is not 0.
     spans: Vec<Vec<Range<usize>>>,
+    /// The same as places in a field, widened to whole vectors, and where the amount of each begins.
+    places: Vec<Vec<(Range<usize>, usize)>>,
 }
 
 impl Outflow {
@@ -52,6 +58,7 @@ impl Outflow {
             half_weights: weights[radius..].to_vec(),
             amount: Field::<f32>::zeroed(layout),
             spans: vec![Vec::new(); layout.rows().end],
+            places: vec![Vec::new(); layout.rows().end],
         }
     }
 
@@ -68,6 +75,33 @@ impl Outflow {
     /// The columns of one row where the amount is not 0.
     pub fn spans(&self, row: usize) -> &[Range<usize>] {
         &self.spans[row]
+    }
+
+    /// The amounts of one row that are not 0, with their places in a field.
+    pub fn amounts(&self, row: usize) -> impl Iterator<Item = (usize, &[f32])> {
+        let amounts = self.amount.values();
+        self.places[row].iter().map(|(place, start)| (place.start, &amounts[*start..][..place.len()]))
+    }
+
+    /// The same for packed fields, with nothing between the amounts; they cannot be renewed.
+    pub fn packed(mut self, ground: &Ground) -> Self {
+        let all = || {
+            self.spans.iter().enumerate().flat_map(|(row, spans)| spans.iter().map(move |span| (row, span)))
+        };
+        let total = all().map(|(_, span)| whole_vectors(span).len()).sum();
+        let mut amount = Field::<f32>::zeroed(Layout::new(total, 1));
+        let mut places = vec![Vec::new(); self.spans.len()];
+        let mut start = amount.layout().stride() + Layout::LEFT;
+        for (row, span) in all() {
+            let columns = whole_vectors(span);
+            let place = ground.place(row, columns.start);
+            places[row].push((place..place + columns.len(), start));
+            amount.values_mut()[start..][..columns.len()]
+                .copy_from_slice(&self.amount.row(row)[columns.clone()]);
+            start += columns.len();
+        }
+        (self.amount, self.places) = (amount, places);
+        self
     }
 
     /// Blurs again whatever a change of the mask inside a rectangle of field rows and columns reaches.
@@ -111,6 +145,10 @@ impl Outflow {
         });
         for row in rows {
             self.spans[row] = nonzero_spans(self.amount.row(row), layout.columns());
+            let start = row * layout.stride();
+            let place =
+                |columns: Range<usize>| (start + columns.start..start + columns.end, start + columns.start);
+            self.places[row] = self.spans[row].iter().map(|span| place(whole_vectors(span))).collect();
         }
     }
 }
@@ -129,6 +167,12 @@ fn nonzero_spans(row: &[f32], columns: Range<usize>) -> Vec<Range<usize>> {
         x = end;
     }
     spans
+}
+
+/// Columns widened to whole vectors: nothing is drawn off beside them, and a loop has no single cells at its end.
+fn whole_vectors(columns: &Range<usize>) -> Range<usize> {
+    const VECTOR: usize = 16;
+    columns.start - columns.start % VECTOR..columns.end.next_multiple_of(VECTOR)
 }
 
 /// What [`Outflow`] sees as the edge of the wet paper.

@@ -17,14 +17,14 @@ pub fn outflow_speeds(flow: &FlowRows<'_>, run: Run) -> i32 {
 
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn outflow_speeds_kernel(flow: &FlowRows<'_>, run: Run) -> i32 {
-    let (first, n) = (run.first, run.len());
-    let u = &flow.u[first..][..n + 1];
+    let (first, n) = (run.first, run.padded());
+    let (u, u_after) = (&flow.u[first..][..n], &flow.u[first + 1..][..n]);
     let (v, v_below) = (&flow.v[first..][..n], &flow.v_below[first..][..n]);
     let mut fastest = 0;
     for i in 0..n {
         // Not f32::max: it would drop a NaN, which must be seen.
         let out = |speed: f32| if speed < 0.0 { 0.0 } else { speed };
-        let sum = (out(u[i + 1]) + out(-u[i])) + (out(v_below[i]) + out(-v[i]));
+        let sum = (out(u_after[i]) + out(-u[i])) + (out(v_below[i]) + out(-v[i]));
         fastest = fastest.max(sum.to_bits() as i32);
     }
     fastest
@@ -71,21 +71,26 @@ fn carry_kernel<const ALL_WET: bool>(
     dt: f32,
     run: Run,
 ) {
-    let (first, n) = (run.first, run.len());
+    let (first, n) = (run.first, run.padded());
+    let beyond = run.beyond(suspended);
     let g_new = &mut suspended[first..][..n];
-    let g = &old.here[first - 1..][..n + 2];
+    let (g_before, g) = (&old.here[first - 1..][..n], &old.here[first..][..n]);
+    let g_after = &old.here[first + 1..][..n];
     let (above, below) = (&old.above[first..][..n], &old.below[first..][..n]);
-    let u = &flow.u[first..][..n + 1];
+    let (u, u_after) = (&flow.u[first..][..n], &flow.u[first + 1..][..n]);
     let (v, v_below) = (&flow.v[first..][..n], &flow.v_below[first..][..n]);
     let m = &flow.mask[first..][..n];
     // Through a face flows what the cell upstream of it holds.
     let flux = |speed: f32, before: f32, after: f32| (if speed > 0.0 { before } else { after }) * speed * dt;
     for i in 0..n {
-        let here = g[i + 1];
-        let sideways = flux(u[i], g[i], here) - flux(u[i + 1], here, g[i + 2]);
+        let here = g[i];
+        let sideways = flux(u[i], g_before[i], here) - flux(u_after[i], here, g_after[i]);
         let downward = flux(v[i], above[i], here) - flux(v_below[i], here, below[i]);
         let moved = here + (sideways + downward);
         let moved = if moved > 0.0 { moved } else { 0.0 }; // rounding may undercut 0 by one unit
         g_new[i] = if ALL_WET || m[i] != 0 { moved } else { here };
+    }
+    if ALL_WET {
+        beyond.put_back(suspended);
     }
 }

@@ -28,9 +28,40 @@ impl Run {
     pub fn len(self) -> usize {
         self.end - self.first
     }
+
+    /// Number of cells of the whole vectors that hold the run.
+    ///
+    /// Kernels work on whole vectors: the cells of one that is not would be done one by one, and that is most of the time a
+    /// short run takes. For the same reason kernels cut all their rows to the same length: a loop whose bounds have to be
+    /// looked at does its last cells one by one.
+    #[inline(always)]
+    pub fn padded(self) -> usize {
+        self.len().next_multiple_of(VECTOR)
+    }
+
+    /// The values behind the run that its last vector may reach, to be put back.
+    #[inline(always)]
+    pub fn beyond(self, row: &[f32]) -> Beyond {
+        Beyond { end: self.end, values: row[self.end..][..VECTOR].as_chunks().0[0] }
+    }
 }
 
-/// Runs end at whole vectors of this many cells.
+/// Values behind a run.
+#[derive(Clone, Copy, Debug)]
+pub struct Beyond {
+    end: usize,
+    values: [f32; VECTOR],
+}
+
+impl Beyond {
+    /// Puts them back.
+    #[inline(always)]
+    pub fn put_back(self, row: &mut [f32]) {
+        row[self.end..][..VECTOR].as_chunks_mut().0[0] = self.values;
+    }
+}
+
+/// Kernels work on vectors of this many cells.
 const VECTOR: usize = 16;
 /// Runs with fewer dry cells between them are one: starting a kernel costs more than that.
 const WORTH_A_GAP: usize = VECTOR;

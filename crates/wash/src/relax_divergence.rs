@@ -45,14 +45,14 @@ fn divergence_kernel<const ALL_WET: bool>(
     rate: f32,
     run: Run,
 ) -> i32 {
-    let (first, n) = (run.first, run.len());
+    let (first, n) = (run.first, run.padded());
     let delta = &mut delta[first..][..n];
-    let u = &flow.u[first..][..n + 1];
+    let (u, u_after) = (&flow.u[first..][..n], &flow.u[first + 1..][..n]);
     let (v, v_below) = (&flow.v[first..][..n], &flow.v_below[first..][..n]);
     let m = &flow.mask[first..][..n];
     let mut largest = 0;
     for i in 0..n {
-        let correction = -rate * ((u[i + 1] - u[i]) + (v_below[i] - v[i])); // D2
+        let correction = -rate * ((u_after[i] - u[i]) + (v_below[i] - v[i])); // D2
         delta[i] = if ALL_WET || m[i] != 0 { correction } else { 0.0 };
         largest = largest.max(delta[i].abs().to_bits() as i32);
     }
@@ -102,20 +102,25 @@ fn apply_kernel<const ALL_WET: bool>(
     correction: &CorrectionRows<'_>,
     run: Run,
 ) {
-    let (first, n) = (run.first, run.len());
-    let (u, v, p) = (&mut u[first..][..n], &mut v[first..][..n], &mut pressure[first..][..n]);
-    let delta = &correction.delta[first - 1..][..n + 1];
+    let (first, n) = (run.first, run.padded());
+    let (u_beyond, v_beyond, p_beyond) = (run.beyond(u), run.beyond(v), run.beyond(pressure));
+    let (u_row, v_row, p_row) = (u, v, pressure);
+    let (u, v, p) = (&mut u_row[first..][..n], &mut v_row[first..][..n], &mut p_row[first..][..n]);
+    let (delta_before, delta) = (&correction.delta[first - 1..][..n], &correction.delta[first..][..n]);
     let delta_above = &correction.delta_above[first..][..n];
-    let m = &correction.mask[first - 1..][..n + 1];
+    let (m_before, m) = (&correction.mask[first - 1..][..n], &correction.mask[first..][..n]);
     let m_above = &correction.mask_above[first..][..n];
     for i in 0..n {
-        let raised = p[i] + delta[i + 1];
-        p[i] = if ALL_WET || m[i + 1] != 0 { raised } else { p[i] };
-        let relaxed = v[i] + (delta_above[i] - delta[i + 1]);
-        v[i] = if ALL_WET || m_above[i] & m[i + 1] != 0 { relaxed } else { 0.0 }; // D5
+        let raised = p[i] + delta[i];
+        p[i] = if ALL_WET || m[i] != 0 { raised } else { p[i] };
+        let relaxed = v[i] + (delta_above[i] - delta[i]);
+        v[i] = if ALL_WET || m_above[i] & m[i] != 0 { relaxed } else { 0.0 }; // D5
+        let relaxed = u[i] + (delta_before[i] - delta[i]);
+        u[i] = if ALL_WET || m_before[i] & m[i] != 0 { relaxed } else { 0.0 };
     }
-    for i in 0..n {
-        let relaxed = u[i] + (delta[i] - delta[i + 1]);
-        u[i] = if ALL_WET || m[i] & m[i + 1] != 0 { relaxed } else { 0.0 };
+    if ALL_WET {
+        u_beyond.put_back(u_row);
+        v_beyond.put_back(v_row);
+        p_beyond.put_back(p_row);
     }
 }

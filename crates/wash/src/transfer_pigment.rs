@@ -43,7 +43,8 @@ fn transfer_kernel<const ALL_WET: bool>(
     run: Run,
 ) {
     let Exchange { settling, lifting, granulation } = exchange;
-    let (first, n) = (run.first, run.len());
+    let (first, n) = (run.first, run.padded());
+    let (g_beyond, d_beyond) = (run.beyond(suspended), run.beyond(deposited));
     let (g, d) = (&mut suspended[first..][..n], &mut deposited[first..][..n]);
     let (h, m) = (&height[first..][..n], &mask[first..][..n]);
     for i in 0..n {
@@ -59,5 +60,9 @@ fn transfer_kernel<const ALL_WET: bool>(
         let left = if left > 0.0 { left } else { 0.0 };
         d[i] = if ALL_WET || m[i] != 0 { settled } else { d[i] };
         g[i] = if ALL_WET || m[i] != 0 { left } else { g[i] };
+    }
+    if ALL_WET {
+        g_beyond.put_back(suspended);
+        d_beyond.put_back(deposited);
     }
 }

@@ -84,19 +84,25 @@ fn add_slope_kernel<const ALL_WET: bool, const TILTED: bool>(
     run: Run,
 ) {
     // u, v, h, m as in §4.3; windows that reach one cell back start one column early.
-    let (first, n) = (run.first, run.len());
-    let (u, v) = (&mut u[first..][..n], &mut v[first..][..n]);
-    let (h, h_above) = (&paper.height[first - 1..][..n + 1], &paper.height_above[first..][..n]);
-    let (m, m_above) = (&paper.mask[first - 1..][..n + 1], &paper.mask_above[first..][..n]);
+    let (first, n) = (run.first, run.padded());
+    let (u_beyond, v_beyond) = (run.beyond(u), run.beyond(v));
+    let (u_row, v_row) = (u, v);
+    let (u, v) = (&mut u_row[first..][..n], &mut v_row[first..][..n]);
+    let (h_before, h) = (&paper.height[first - 1..][..n], &paper.height[first..][..n]);
+    let h_above = &paper.height_above[first..][..n];
+    let (m_before, m) = (&paper.mask[first - 1..][..n], &paper.mask[first..][..n]);
+    let m_above = &paper.mask_above[first..][..n];
     for i in 0..n {
-        let sloped = u[i] - scale * (h[i + 1] - h[i]); // D7
+        let sloped = u[i] - scale * (h[i] - h_before[i]); // D7
         let sloped = if TILTED { sloped + pull[0] } else { sloped };
-        u[i] = if ALL_WET || m[i] & m[i + 1] != 0 { sloped } else { 0.0 }; // D5
-    }
-    for i in 0..n {
-        let sloped = v[i] - scale * (h[i + 1] - h_above[i]);
+        u[i] = if ALL_WET || m_before[i] & m[i] != 0 { sloped } else { 0.0 }; // D5
+        let sloped = v[i] - scale * (h[i] - h_above[i]);
         let sloped = if TILTED { sloped + pull[1] } else { sloped };
-        v[i] = if ALL_WET || m_above[i] & m[i + 1] != 0 { sloped } else { 0.0 };
+        v[i] = if ALL_WET || m_above[i] & m[i] != 0 { sloped } else { 0.0 };
+    }
+    if ALL_WET {
+        u_beyond.put_back(u_row);
+        v_beyond.put_back(v_row);
     }
 }
 
@@ -157,12 +163,13 @@ pub fn corner_products(corner: &mut [f32], u_above: &[f32], u: &[f32], v: &[f32]
 
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn corner_products_kernel(corner: &mut [f32], u_above: &[f32], u: &[f32], v: &[f32], run: Run) {
-    let (first, n) = (run.first, run.len() + 1);
+    // The last corner lies behind the run.
+    let (first, n) = (run.first, Run { end: run.end + 1, ..run }.padded());
     let corner = &mut corner[first..][..n];
     let (u_above, u) = (&u_above[first..][..n], &u[first..][..n]);
-    let v = &v[first - 1..][..n + 1];
+    let (v_before, v) = (&v[first - 1..][..n], &v[first..][..n]);
     for i in 0..n {
-        corner[i] = 0.25 * (u_above[i] + u[i]) * (v[i] + v[i + 1]);
+        corner[i] = 0.25 * (u_above[i] + u[i]) * (v_before[i] + v[i]);
     }
 }
 
@@ -328,52 +335,60 @@ fn held<const FREE: bool>(velocity: f32, keep: f32, limit: f32) -> f32 {
 
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn advance_u_kernel<const ALL_WET: bool>(
-    u_new: &mut [f32],
+    u_row: &mut [f32],
     old: &VelocityRows<'_>,
     momentum: Momentum,
     run: Run,
 ) {
     let Momentum { dt, viscosity, viscous_drag } = momentum;
-    let (first, n) = (run.first, run.len());
-    let u_new = &mut u_new[first..][..n];
+    let (first, n) = (run.first, run.padded());
+    let beyond = run.beyond(u_row);
+    let u_new = &mut u_row[first..][..n];
     let (corner, corner_below) = (&old.corner[first..][..n], &old.corner_below[first..][..n]);
-    let p = &old.pressure[first - 1..][..n + 1];
-    let m = &old.mask[first - 1..][..n + 1];
-    let u = &old.u[first - 1..][..n + 2];
+    let (p_before, p) = (&old.pressure[first - 1..][..n], &old.pressure[first..][..n]);
+    let (m_before, m) = (&old.mask[first - 1..][..n], &old.mask[first..][..n]);
+    let (u_before, u, u_after) = (&old.u[first - 1..][..n], &old.u[first..][..n], &old.u[first + 1..][..n]);
     let (above, below) = (&old.u_above[first..][..n], &old.u_below[first..][..n]);
     for i in 0..n {
-        let here = u[i + 1];
-        let (before, after) = (u[i] + here, here + u[i + 2]);
+        let here = u[i];
+        let (before, after) = (u_before[i] + here, here + u_after[i]);
         let advection = 0.25 * (before * before - after * after) + (corner[i] - corner_below[i]);
-        let laplacian = (u[i] + u[i + 2]) + (above[i] + below[i]) - 4.0 * here;
-        let push = advection + viscosity * laplacian + (p[i] - p[i + 1]) - viscous_drag * here; // D1
+        let laplacian = (u_before[i] + u_after[i]) + (above[i] + below[i]) - 4.0 * here;
+        let push = advection + viscosity * laplacian + (p_before[i] - p[i]) - viscous_drag * here; // D1
         let moved = here + dt * push;
-        u_new[i] = if ALL_WET || m[i] & m[i + 1] != 0 { moved } else { 0.0 }; // D5
+        u_new[i] = if ALL_WET || m_before[i] & m[i] != 0 { moved } else { 0.0 }; // D5
+    }
+    if ALL_WET {
+        beyond.put_back(u_row);
     }
 }
 
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn advance_v_kernel<const ALL_WET: bool>(
-    v_new: &mut [f32],
+    v_row: &mut [f32],
     old: &VelocityRows<'_>,
     momentum: Momentum,
     run: Run,
 ) {
     let Momentum { dt, viscosity, viscous_drag } = momentum;
-    let (first, n) = (run.first, run.len());
-    let v_new = &mut v_new[first..][..n];
-    let corner = &old.corner[first..][..n + 1];
+    let (first, n) = (run.first, run.padded());
+    let beyond = run.beyond(v_row);
+    let v_new = &mut v_row[first..][..n];
+    let (corner, corner_after) = (&old.corner[first..][..n], &old.corner[first + 1..][..n]);
     let (p, p_above) = (&old.pressure[first..][..n], &old.pressure_above[first..][..n]);
     let (m, m_above) = (&old.mask[first..][..n], &old.mask_above[first..][..n]);
-    let v = &old.v[first - 1..][..n + 2];
+    let (v_before, v, v_after) = (&old.v[first - 1..][..n], &old.v[first..][..n], &old.v[first + 1..][..n]);
     let (above, below) = (&old.v_above[first..][..n], &old.v_below[first..][..n]);
     for i in 0..n {
-        let here = v[i + 1];
+        let here = v[i];
         let (before, after) = (above[i] + here, here + below[i]);
-        let advection = 0.25 * (before * before - after * after) + (corner[i] - corner[i + 1]);
-        let laplacian = (v[i] + v[i + 2]) + (above[i] + below[i]) - 4.0 * here;
+        let advection = 0.25 * (before * before - after * after) + (corner[i] - corner_after[i]);
+        let laplacian = (v_before[i] + v_after[i]) + (above[i] + below[i]) - 4.0 * here;
         let push = advection + viscosity * laplacian + (p_above[i] - p[i]) - viscous_drag * here;
         let moved = here + dt * push;
         v_new[i] = if ALL_WET || m_above[i] & m[i] != 0 { moved } else { 0.0 };
+    }
+    if ALL_WET {
+        beyond.put_back(v_row);
     }
 }

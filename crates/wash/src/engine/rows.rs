@@ -1,6 +1,10 @@
 //! The rows of a field as one band sees them.
 
+use std::ops::Range;
+
 use girtin_grid::Field;
+
+use super::ground::Ground;
 
 /// Copies of the rows just outside a band, which the band may change for itself.
 #[derive(Debug)]
@@ -16,20 +20,20 @@ impl<T> Default for Halo<T> {
 }
 
 impl<T: Copy> Halo<T> {
-    /// Saves `depth` rows on both sides of the rows `start..end`, or as many as the field has.
-    fn save(&mut self, field: &Field<T>, start: usize, end: usize, depth: usize) {
-        let copy = |into: &mut Vec<T>, rows: std::ops::Range<usize>| {
+    /// Saves `depth` rows on both sides of the rows `start..end`, or as many as there are.
+    fn save(&mut self, field: &Field<T>, ground: &Ground, start: usize, end: usize, depth: usize) {
+        let copy = |into: &mut Vec<T>, rows: Range<usize>| {
             into.clear();
-            for row in rows {
-                into.extend_from_slice(field.row(row));
-            }
+            into.extend_from_slice(&field.values()[ground.start(rows.start)..ground.start(rows.end)]);
         };
         copy(&mut self.above, start.saturating_sub(depth)..start);
-        copy(&mut self.below, end..(end + depth).min(field.row_count()));
+        copy(&mut self.below, end..end + depth);
     }
 }
 
-/// A field as one band sees it: rows by their number in the field.
+/// A field as one band sees it: windows by their place in the field, or rows by their number.
+///
+/// Where the ground is packed there are no whole rows.
 #[derive(Debug)]
 pub enum Rows<'a, T> {
     /// A field that nobody changes meanwhile.
@@ -38,8 +42,8 @@ pub enum Rows<'a, T> {
     Banded {
         /// Values from one row to the next.
         stride: usize,
-        /// Number of the first own row.
-        first: usize,
+        /// Where the first own row begins in the field.
+        start: usize,
         /// Rows above the band's.
         above: &'a mut [T],
         /// The band's rows.
@@ -50,63 +54,100 @@ pub enum Rows<'a, T> {
 }
 
 impl<T: Copy> Rows<'_, T> {
-    /// One row.
-    pub fn row(&self, row: usize) -> &[T] {
+    /// The values from one place on, within a row.
+    #[inline]
+    pub fn at(&self, place: usize, len: usize) -> &[T] {
         match self {
-            Self::Shared(field) => field.row(row),
-            Self::Banded { stride, first, above, own, below } => {
-                let stride = *stride;
-                if row < *first {
-                    let from_end = *first - row;
-                    &above[above.len() - from_end * stride..][..stride]
+            Self::Shared(field) => &field.values()[place..][..len],
+            Self::Banded { start, above, own, below, .. } => match place.checked_sub(*start) {
+                None => &above[above.len() - (start - place)..][..len],
+                Some(place) if place < own.len() => &own[place..][..len],
+                Some(place) => &below[place - own.len()..][..len],
+            },
+        }
+    }
+
+    /// The same, to change.
+    ///
+    /// # Panics
+    /// The field is shared: its pass said it would not change it.
+    #[inline]
+    pub fn at_mut(&mut self, place: usize, len: usize) -> &mut [T] {
+        match self {
+            Self::Shared(_) => panic!("a pass changes a field that it did not name"),
+            Self::Banded { start, above, own, below, .. } => match place.checked_sub(*start) {
+                None => {
+                    let place = above.len() - (*start - place);
+                    &mut above[place..][..len]
+                }
+                Some(place) if place < own.len() => &mut own[place..][..len],
+                Some(place) => &mut below[place - own.len()..][..len],
+            },
+        }
+    }
+
+    /// The values from one place on to change, and those from a place in the row below.
+    ///
+    /// # Panics
+    /// As [`Rows::at_mut`].
+    #[inline]
+    pub fn at_mut_and_below(&mut self, place: usize, place_below: usize, len: usize) -> (&mut [T], &[T]) {
+        match self {
+            Self::Shared(_) => panic!("a pass changes a field that it did not name"),
+            Self::Banded { start, above, own, below, .. } => {
+                let (own_start, own_end) = (*start, *start + own.len());
+                let (rows, start, next) = if place < own_start {
+                    let start = own_start - above.len();
+                    (&mut **above, start, &**own)
+                } else if place < own_end {
+                    (&mut **own, own_start, &**below)
                 } else {
-                    let at = (row - first) * stride;
-                    if at < own.len() { &own[at..][..stride] } else { &below[at - own.len()..][..stride] }
+                    (&mut **below, own_end, &[][..])
+                };
+                let end = start + rows.len();
+                if place_below < end {
+                    let (here, after) = rows[place - start..].split_at_mut(place_below - place);
+                    (&mut here[..len], &after[..len])
+                } else {
+                    (&mut rows[place - start..][..len], &next[place_below - end..][..len])
                 }
             }
         }
+    }
+
+    fn stride(&self) -> usize {
+        match self {
+            Self::Shared(field) => field.layout().stride(),
+            Self::Banded { stride, .. } => *stride,
+        }
+    }
+
+    /// One row.
+    pub fn row(&self, row: usize) -> &[T] {
+        self.at(row * self.stride(), self.stride())
     }
 
     /// One row, to change.
     ///
     /// # Panics
-    /// The field is shared: its pass said it would not change it.
+    /// As [`Rows::at_mut`].
     pub fn row_mut(&mut self, row: usize) -> &mut [T] {
-        self.row_mut_and_below(row).0
+        self.at_mut(row * self.stride(), self.stride())
     }
 
     /// One row to change, and the one below it.
     ///
     /// # Panics
-    /// As [`Rows::row_mut`].
+    /// As [`Rows::at_mut`].
     pub fn row_mut_and_below(&mut self, row: usize) -> (&mut [T], &[T]) {
-        match self {
-            Self::Shared(_) => panic!("a pass changes a field that it did not name"),
-            Self::Banded { stride, first, above, own, below } => {
-                let stride = *stride;
-                if row < *first {
-                    let at = above.len() - (*first - row) * stride;
-                    let (here, after) = above[at..].split_at_mut(stride);
-                    (here, if after.is_empty() { &own[..stride] } else { &after[..stride] })
-                } else {
-                    let at = (row - *first) * stride;
-                    if at < own.len() {
-                        let (here, after) = own[at..].split_at_mut(stride);
-                        let after: &[T] = if after.is_empty() { below } else { after };
-                        (here, &after[..stride.min(after.len())])
-                    } else {
-                        let (here, after) = below[at - own.len()..].split_at_mut(stride);
-                        (here, &after[..stride.min(after.len())])
-                    }
-                }
-            }
-        }
+        self.at_mut_and_below(row * self.stride(), (row + 1) * self.stride(), self.stride())
     }
 }
 
-/// A field for every band: cut at `cuts`, with `depth` rows of halo, if it is to be changed; else shared.
+/// A field for every band: cut at the rows `cuts`, with `depth` rows of halo, if it is to be changed; else shared.
 pub fn share<'a, T: Copy>(
     field: &'a mut Field<T>,
+    ground: &Ground,
     cuts: &[usize],
     halos: &'a mut Vec<Halo<T>>,
     depth: Option<usize>,
@@ -118,17 +159,17 @@ pub fn share<'a, T: Copy>(
     };
     halos.resize_with(halos.len().max(bands), Halo::default);
     for (halo, cut) in halos.iter_mut().zip(cuts.windows(2)) {
-        halo.save(field, cut[0], cut[1], depth);
+        halo.save(field, ground, cut[0], cut[1], depth);
     }
     let stride = field.layout().stride();
-    let banded = field.bands_mut(cuts).into_iter().zip(halos.iter_mut()).zip(cuts);
+    let mut rest = &mut field.values_mut()[ground.start(cuts[0])..];
+    let banded = cuts.windows(2).zip(halos.iter_mut());
     banded
-        .map(|((band, halo), &first)| Rows::Banded {
-            stride,
-            first,
-            above: &mut halo.above,
-            own: band.into_rows(),
-            below: &mut halo.below,
+        .map(|(cut, halo)| {
+            let [start, end] = [cut[0], cut[1]].map(|row| ground.start(row));
+            let (own, after) = std::mem::take(&mut rest).split_at_mut(end - start);
+            rest = after;
+            Rows::Banded { stride, start, above: &mut halo.above, own, below: &mut halo.below }
         })
         .collect()
 }
@@ -148,7 +189,7 @@ mod tests {
         }
         let cuts = [1, 4, 10];
         let mut halos = Vec::new();
-        for mut rows in share(&mut field, &cuts, &mut halos, Some(2)) {
+        for mut rows in share(&mut field, &Ground::canvas(layout), &cuts, &mut halos, Some(2)) {
             for row in 3..=4 {
                 assert_eq!(rows.row(row)[0], row as f32);
                 let (here, below) = rows.row_mut_and_below(row);

@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use girtin_grid::Aligned;
 
+use super::ground::{BEFORE, Ground};
 use super::rows::Rows;
 use crate::carry_packed::FluxRows;
 use crate::move_film::ShareRows;
@@ -12,7 +13,7 @@ use crate::region::{Region, Run};
 /// No row has this number.
 const NONE: usize = usize::MAX;
 /// Cells beside a run that are kept too.
-const BESIDE: usize = 2;
+const BESIDE: usize = BEFORE;
 
 /// A copy of the runs of one row and of the cells beside them, 0 elsewhere.
 #[derive(Debug)]
@@ -27,7 +28,8 @@ impl Slot {
         Self { values: Aligned::zeroed(stride), row: NONE, runs: Vec::new() }
     }
 
-    fn take(&mut self, runs: &[Run], row: usize, from: &[f32]) {
+    fn take(&mut self, region: &Region, ground: &Ground, row: usize, field: &Rows<'_, f32>) {
+        let runs = region.runs(row);
         if self.runs != runs {
             for run in &self.runs {
                 self.values[run.first - BESIDE..run.end + BESIDE].fill(0.0);
@@ -35,9 +37,9 @@ impl Slot {
             self.runs.clear();
             self.runs.extend_from_slice(runs);
         }
-        for run in runs {
-            let columns = run.first - BESIDE..run.end + BESIDE;
-            self.values[columns.clone()].copy_from_slice(&from[columns]);
+        for window in ground.windows(region, row) {
+            let cells = window.run.len() + 2 * BESIDE;
+            self.values[window.column..][..cells].copy_from_slice(field.at(window.here, cells));
         }
         self.row = row;
     }
@@ -62,12 +64,12 @@ impl Ring {
     }
 
     /// Keeps the row before it is changed; the one above, if this ring has not seen it, was not changed.
-    pub fn take(&mut self, region: &Region, row: usize, field: &Rows<'_, f32>) {
+    pub fn take(&mut self, region: &Region, ground: &Ground, row: usize, field: &Rows<'_, f32>) {
         std::mem::swap(&mut self.above, &mut self.here);
         if self.above.row != row - 1 {
-            self.above.take(region.runs(row - 1), row - 1, field.row(row - 1));
+            self.above.take(region, ground, row - 1, field);
         }
-        self.here.take(region.runs(row), row, field.row(row));
+        self.here.take(region, ground, row, field);
     }
 }
 
@@ -211,19 +213,19 @@ impl FluxScratch {
 /// Rows of u, v and pressure as they were.
 #[derive(Debug, Default)]
 pub struct Saved {
-    /// Numbers of the rows.
-    pub rows: Vec<usize>,
-    /// The three rows of each, one after the other.
+    /// Where the rows lie.
+    pub places: Vec<Range<usize>>,
+    /// The three fields of each, one after the other.
     pub values: Vec<f32>,
 }
 
 impl Saved {
     /// Keeps a row.
-    pub fn save(&mut self, row: usize, fields: [&Rows<'_, f32>; 3]) {
-        self.rows.push(row);
+    pub fn save(&mut self, place: Range<usize>, fields: [&Rows<'_, f32>; 3]) {
         for field in fields {
-            self.values.extend_from_slice(field.row(row));
+            self.values.extend_from_slice(field.at(place.start, place.len()));
         }
+        self.places.push(place);
     }
 }
 
@@ -304,7 +306,7 @@ impl Scratch {
             pores.ring.begin();
             pores.fill_row = NONE;
         }
-        self.saved.rows.clear();
+        self.saved.places.clear();
         self.saved.values.clear();
         self.room_row = NONE;
         self.mix.iter_mut().for_each(|mix| mix.above_row = NONE);

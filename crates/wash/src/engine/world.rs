@@ -5,6 +5,7 @@ use std::ops::{BitOr, Range};
 use girtin_grid::Field;
 
 use super::facts::RowFacts;
+use super::ground::{Ground, Window};
 use super::rows::Rows;
 use super::scratch::Scratch;
 use super::stage::Stage;
@@ -140,6 +141,7 @@ pub struct World<'a> {
     pub own: Range<usize>,
     /// Rows outside have nothing to do.
     pub active: Range<usize>,
+    pub ground: &'a Ground,
     pub wet: &'a Region,
     pub damp: &'a Region,
     pub outflow: &'a Outflow,
@@ -178,6 +180,12 @@ impl<'a> World<'a> {
     pub fn wet_runs(&self, row: usize) -> &'a [Run] {
         let wet: &'a Region = self.wet;
         wet.runs(row)
+    }
+
+    /// Windows around the runs of wet cells of a row.
+    pub fn wet_windows(&self, row: usize) -> impl Iterator<Item = Window> + use<'a> {
+        let (ground, wet): (&'a Ground, &'a Region) = (self.ground, self.wet);
+        ground.windows(wet, row)
     }
 
     /// The runs of damp cells of a row.

@@ -19,7 +19,7 @@ impl World<'_> {
         }
         let runs = self.damp_runs(row);
         let kept = self.scratch.pores(slot);
-        kept.ring.take(self.damp, row, &self.saturation);
+        kept.ring.take(self.damp, self.ground, row, &self.saturation);
         let (here, below) = self.saturation.row_mut_and_below(row);
         let old = PoreRows {
             above: &kept.ring.above.values,

@@ -2,6 +2,7 @@
 
 use girtin_grid::Field;
 
+use crate::engine::ground::Window;
 use crate::engine::rows::Rows;
 use crate::engine::world::World;
 use crate::flow_outward::draw_off;
@@ -22,12 +23,24 @@ pub fn flow_rows<'a>(
     FlowRows { u: u.row(row), v: v.row(row), v_below: v.row(row + 1), mask: mask.row(row) }
 }
 
-fn slope_rows<'a>(height: &'a Field<f32>, mask: &'a Rows<'_, u8>, row: usize) -> SlopeRows<'a> {
+/// The same in a window.
+pub fn flow_in<'a>(
+    u: &'a Rows<'_, f32>,
+    v: &'a Rows<'_, f32>,
+    mask: &'a Rows<'_, u8>,
+    window: &Window,
+) -> FlowRows<'a> {
+    let &Window { here, below, len, .. } = window;
+    FlowRows { u: u.at(here, len), v: v.at(here, len), v_below: v.at(below, len), mask: mask.at(here, len) }
+}
+
+fn slope_in<'a>(height: &'a Field<f32>, mask: &'a Rows<'_, u8>, window: &Window) -> SlopeRows<'a> {
+    let &Window { above, here, len, .. } = window;
     SlopeRows {
-        height_above: height.row(row - 1),
-        height: height.row(row),
-        mask_above: mask.row(row - 1),
-        mask: mask.row(row),
+        height_above: &height.values()[above..][..len],
+        height: &height.values()[here..][..len],
+        mask_above: mask.at(above, len),
+        mask: mask.at(here, len),
     }
 }
 
@@ -37,20 +50,21 @@ impl World<'_> {
     }
 
     pub fn add_slope(&mut self, row: usize) {
-        let paper = slope_rows(self.slope_height, &self.mask, row);
-        let film = FilmRows {
-            film_above: self.pressure.row(row - 1),
-            film: self.pressure.row(row),
-            mask_above: self.mask.row(row - 1),
-            mask: self.mask.row(row),
-        };
-        for &run in self.wet_runs(row) {
+        for window in self.wet_windows(row) {
+            let Window { run, above, here, len, .. } = window;
+            let paper = slope_in(self.slope_height, &self.mask, &window);
             let scale = self.task.slope_scale;
-            let (u, v) = (self.u.row_mut(row), self.v.row_mut(row));
+            let (u, v) = (self.u.at_mut(here, len), self.v.at_mut(here, len));
             let speed = match &self.task.living {
                 None => add_slope(u, v, &paper, scale, run),
                 Some(living) => {
                     add_slope_tilted(u, v, &paper, scale, living.pull, run);
+                    let film = FilmRows {
+                        film_above: self.pressure.at(above, len),
+                        film: self.pressure.at(here, len),
+                        mask_above: self.mask.at(above, len),
+                        mask: self.mask.at(here, len),
+                    };
                     drive(u, v, &film, living.stiffness, run)
                 }
             };
@@ -59,40 +73,43 @@ impl World<'_> {
     }
 
     pub fn add_slope_alone(&mut self, row: usize) {
-        let paper = slope_rows(self.slope_height, &self.mask, row);
-        for &run in self.wet_runs(row) {
-            add_slope_alone(self.u.row_mut(row), self.v.row_mut(row), &paper, self.task.slope_scale, run);
+        for window in self.wet_windows(row) {
+            let Window { run, here, len, .. } = window;
+            let paper = slope_in(self.slope_height, &self.mask, &window);
+            let (u, v) = (self.u.at_mut(here, len), self.v.at_mut(here, len));
+            add_slope_alone(u, v, &paper, self.task.slope_scale, run);
         }
     }
 
     pub fn advance(&mut self, row: usize, dt: f32, is_noted: bool) {
-        let runs = self.wet_runs(row);
         let kept = &mut self.scratch.advance;
-        kept.u.take(self.wet, row, &self.u);
-        kept.v.take(self.wet, row, &self.v);
+        kept.u.take(self.wet, self.ground, row, &self.u);
+        kept.v.take(self.wet, self.ground, row, &self.v);
         // The corners below the last row are those above this one, if both have the same runs.
-        let corners_known = kept.corner_row == row && runs == self.wet.runs(row - 1);
-        let (u_here, u_below) = self.u.row_mut_and_below(row);
-        let (v_here, v_below) = self.v.row_mut_and_below(row);
-        for &run in runs {
-            let (u_above, u_old, v_old) = (&kept.u.above.values, &kept.u.here.values, &kept.v.here.values);
+        let corners_known = kept.corner_row == row && self.wet.runs(row) == self.wet.runs(row - 1);
+        for window in self.ground.windows(self.wet, row) {
+            let Window { run, above, here, below, len, .. } = window;
+            let (u_here, u_below) = self.u.at_mut_and_below(here, below, len);
+            let (v_here, v_below) = self.v.at_mut_and_below(here, below, len);
+            let (u_above, u_old) = (window.of(&kept.u.above.values), window.of(&kept.u.here.values));
+            let (v_above, v_old) = (window.of(&kept.v.above.values), window.of(&kept.v.here.values));
             if !corners_known {
-                corner_products(&mut kept.corner, u_above, u_old, v_old, run);
+                corner_products(window.of_mut(&mut kept.corner), u_above, u_old, v_old, run);
             }
-            corner_products(&mut kept.corner_below, u_old, u_below, v_below, run);
+            corner_products(window.of_mut(&mut kept.corner_below), u_old, u_below, v_below, run);
             let old = VelocityRows {
                 u_above,
                 u: u_old,
                 u_below,
-                v_above: &kept.v.above.values,
+                v_above,
                 v: v_old,
                 v_below,
-                corner: &kept.corner,
-                corner_below: &kept.corner_below,
-                pressure_above: self.pressure.row(row - 1),
-                pressure: self.pressure.row(row),
-                mask_above: self.mask.row(row - 1),
-                mask: self.mask.row(row),
+                corner: window.of(&kept.corner),
+                corner_below: window.of(&kept.corner_below),
+                pressure_above: self.pressure.at(above, len),
+                pressure: self.pressure.at(here, len),
+                mask_above: self.mask.at(above, len),
+                mask: self.mask.at(here, len),
             };
             let momentum = self.task.momentum(dt);
             match &self.living {
@@ -103,8 +120,8 @@ impl World<'_> {
                         _ => [&living.mobility_u, &living.mobility_v],
                     };
                     let hold = Hold {
-                        keep_u: keep_u.row(row),
-                        keep_v: keep_v.row(row),
+                        keep_u: keep_u.at(here, len),
+                        keep_v: keep_v.at(here, len),
                         stiffness: living.task.stiffness,
                         speed_limit: living.task.speed_limit,
                         is_free: dt == 1.0 && living.facts.is_free(row) && run.all_wet,
@@ -122,33 +139,33 @@ impl World<'_> {
 
     pub fn find_correction(&mut self, row: usize) {
         let mut largest = self.found.next_correction;
-        for &run in self.wet_runs(row) {
-            let delta = &mut self.scratch.sweeps[0].delta;
-            let flow = flow_rows(&self.u, &self.v, &self.mask, row);
-            largest = largest.max(divergence(delta, &flow, self.task.relax_rate, run));
+        for window in self.wet_windows(row) {
+            let delta = window.of_mut(&mut self.scratch.sweeps[0].delta);
+            let flow = flow_in(&self.u, &self.v, &self.mask, &window);
+            largest = largest.max(divergence(delta, &flow, self.task.relax_rate, window.run));
         }
         self.found.next_correction = largest;
     }
 
     pub fn sweep(&mut self, row: usize, slot: usize) {
-        let (wet, rate) = (self.wet, self.task.relax_rate);
+        let rate = self.task.relax_rate;
         let kept = &mut self.scratch.sweeps[slot];
         if kept.above != row - 1 {
-            let above = flow_rows(&self.u, &self.v, &self.mask, row - 1);
-            for &run in wet.runs(row - 1) {
-                divergence(&mut kept.delta_above, &above, rate, run);
+            for window in self.ground.windows(self.wet, row - 1) {
+                let above = flow_in(&self.u, &self.v, &self.mask, &window);
+                divergence(window.of_mut(&mut kept.delta_above), &above, rate, window.run);
             }
         }
-        let u_here = self.u.row_mut(row);
-        let (v_here, v_below) = self.v.row_mut_and_below(row);
-        let (mask_above, mask) = (self.mask.row(row - 1), self.mask.row(row));
         let mut largest = self.found.corrections[slot];
-        for &run in wet.runs(row) {
-            let flow = FlowRows { u: u_here, v: v_here, v_below, mask };
-            largest = largest.max(divergence(&mut kept.delta, &flow, rate, run));
-            let correction =
-                CorrectionRows { delta_above: &kept.delta_above, delta: &kept.delta, mask_above, mask };
-            apply(u_here, v_here, self.pressure.row_mut(row), &correction, run);
+        for window in self.ground.windows(self.wet, row) {
+            let Window { run, above, here, below, len, .. } = window;
+            let (v, v_below) = self.v.at_mut_and_below(here, below, len);
+            let (u, pressure) = (self.u.at_mut(here, len), self.pressure.at_mut(here, len));
+            let (mask_above, mask) = (self.mask.at(above, len), self.mask.at(here, len));
+            let delta = window.of_mut(&mut kept.delta);
+            largest = largest.max(divergence(delta, &FlowRows { u, v, v_below, mask }, rate, run));
+            let delta_above = window.of(&kept.delta_above);
+            apply(u, v, pressure, &CorrectionRows { delta_above, delta, mask_above, mask }, run);
         }
         std::mem::swap(&mut kept.delta, &mut kept.delta_above);
         kept.above = row;
@@ -156,23 +173,24 @@ impl World<'_> {
     }
 
     pub fn guarded_sweep(&mut self, row: usize) {
-        // The first sweep is a row ahead: what it has found so far decides.
+        // The first sweep is ahead: what it has found so far decides.
         let is_sure = f32::from_bits(self.found.corrections[0] as u32) > self.task.relax_tolerance;
         if !is_sure && self.own.contains(&row) {
-            self.scratch.saved.save(row, [&self.u, &self.v, &self.pressure]);
+            let place = self.ground.start(row)..self.ground.start(row + 1);
+            self.scratch.saved.save(place, [&self.u, &self.v, &self.pressure]);
         }
         self.sweep(row, 1);
     }
 
     pub fn flow_outward(&mut self, row: usize) {
         let mut fastest = self.found.outflow;
-        for &run in self.wet_runs(row) {
-            fastest = fastest.max(outflow_speeds(&self.flow(row), run));
+        for window in self.wet_windows(row) {
+            let flow = flow_in(&self.u, &self.v, &self.mask, &window);
+            fastest = fastest.max(outflow_speeds(&flow, window.run));
         }
         self.found.outflow = fastest;
-        for span in self.outflow.spans(row) {
-            let pressure = &mut self.pressure.row_mut(row)[span.clone()];
-            draw_off(pressure, &self.outflow.row(row)[span.clone()]);
+        for (place, amounts) in self.outflow.amounts(row) {
+            draw_off(self.pressure.at_mut(place, amounts.len()), amounts);
         }
     }
 }
