@@ -148,15 +148,23 @@ impl Pool {
     /// Takes the water of the canvas.
     pub fn gather(&mut self, canvas: &WashState) {
         let (ground, state) = (&self.ground, &mut self.state);
-        for (canvas, packed) in water(canvas).zip(water_mut(state)) {
-            ground.gather(canvas, packed);
+        let fields: Vec<_> = water(canvas).zip(water_mut(state)).collect();
+        let gather = |(canvas, packed): (&Field<f32>, &mut Field<f32>)| ground.gather(canvas, packed);
+        if self.bands == 1 {
+            fields.into_iter().for_each(gather);
+        } else {
+            fields.into_par_iter().for_each(gather);
         }
     }
 
     /// Gives it back.
     pub fn scatter(&self, canvas: &mut WashState) {
-        for (canvas, packed) in water_mut(canvas).zip(water(&self.state)) {
-            self.ground.scatter(packed, canvas);
+        let fields: Vec<_> = water_mut(canvas).zip(water(&self.state)).collect();
+        let scatter = |(canvas, packed): (&mut Field<f32>, &Field<f32>)| self.ground.scatter(packed, canvas);
+        if self.bands == 1 {
+            fields.into_iter().for_each(scatter);
+        } else {
+            fields.into_par_iter().for_each(scatter);
         }
     }
 
