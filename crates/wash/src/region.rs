@@ -62,7 +62,7 @@ impl Beyond {
 }
 
 /// Kernels work on vectors of this many cells.
-const VECTOR: usize = 16;
+pub const VECTOR: usize = 16;
 /// Runs with fewer dry cells between them are one: starting a kernel costs more than that.
 const WORTH_A_GAP: usize = VECTOR;
 

@@ -332,7 +332,6 @@ fn held<const FREE: bool>(velocity: f32, keep: f32, limit: f32) -> f32 {
 
 // u, v, p as in §4.3.1. Sums are grouped so that mirroring or transposing a wash changes no bit. One kernel with both loops
 // has too many slices for the compiler to tell them apart, and is not vectorized.
-
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn advance_u_kernel<const ALL_WET: bool>(
     u_row: &mut [f32],

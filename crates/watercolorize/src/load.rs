@@ -8,7 +8,7 @@ use girtin_optics::LinearRgb;
 use crate::accidents::{noise, plane, smoothstep};
 use crate::lines::warped;
 use crate::regions::{self, Regions, cleaned, colored, dilated, voted_as_seen};
-use crate::separate::{Limits, MOST, Paints, lab, separated};
+use crate::separate::{Limits, MOST, Paints, in_lab, separated};
 use crate::study::{Colors, Plane, Study};
 use crate::tone::{Tones, lifted};
 use crate::walls::Walls;
@@ -59,13 +59,13 @@ impl Planner<'_> {
             u8::from(self.study.inside.at(x, y) > 0.0 && self.study.bare.at(x, y) == 0)
         });
         let under = self.seen(&walls.regions, &open);
-        let under_lab = Raster::by_rows(width, height, |x, y| lab(under.at(x, y)));
+        let under_lab = in_lab(&under);
         let even = within(&wanted, &walls.regions, self.study.cells(plan.flat_over));
         wanted = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
             let flat = flat * (1.0 - 0.8 * smoothstep(steps.at(x, y), 8.0, 20.0));
-            let graded = self.study.graded.at(x, y);
+            let graded = self.study.graded(x, y);
             let flat = flat * (1.0 - 0.7 * graded);
             let wanted = mixed(wanted.at(x, y), even.at(x, y), flat);
             let left = if index > 0 { params.economy as f32 * freedom * (1.0 - exact) } else { 0.0 };
@@ -209,7 +209,7 @@ impl Planner<'_> {
         };
         let mask = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
-            let graded = self.study.graded.at(x, y);
+            let graded = self.study.graded(x, y);
             let need = missing.at(x, y)[0] + 0.9 * chance.at(x, y) * (1.0 - 0.8 * exact) * (1.0 - graded);
             let least = 4.0 - 1.0 * exact + 3.0 * simpler * (1.0 - exact);
             // Where it is flat all that is missing is meant.
@@ -303,7 +303,7 @@ impl Planner<'_> {
         Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let (own, even, faded) = (amounts.at(x, y), even.at(x, y), faded.at(x, y));
-            let step = params.stepping as f32 * (1.0 - 0.7 * exact) * (1.0 - self.study.graded.at(x, y));
+            let step = params.stepping as f32 * (1.0 - 0.7 * exact) * (1.0 - self.study.graded(x, y));
             let soft = softness.at(x, y);
             let is_shape = shapes.at(x, y) != 0;
             core::array::from_fn(|k| {

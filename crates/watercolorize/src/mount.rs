@@ -6,7 +6,7 @@ use girtin_optics::{LinearRgb, Srgb};
 use girtin_painting::document::SheetSettings;
 
 use crate::accidents::{plane, smoothstep};
-use crate::separate::lab;
+use crate::separate::in_lab;
 
 /// Color of the bare sheet.
 pub const PAPER: Srgb = Srgb([251.0 / 255.0, 249.0 / 255.0, 244.0 / 255.0]);
@@ -148,8 +148,7 @@ impl Mount {
 
     /// The photograph on the sheet in Lab, from linear light.
     pub fn place_lab(&self, photo: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
-        let placed = self.place(photo);
-        Raster::by_rows(placed.width(), placed.height(), |x, y| lab(placed.at(x, y)))
+        in_lab(&self.place(photo))
     }
 
     /// Distance of each cell from the photograph's border, cells, negative inside.

@@ -229,6 +229,11 @@ pub fn lab(color: [f32; 3]) -> [f32; 3] {
     [116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])]
 }
 
+/// The same of a whole raster.
+pub fn in_lab(colors: &Raster<[f32; 3]>) -> Raster<[f32; 3]> {
+    Raster::by_rows(colors.width(), colors.height(), |x, y| lab(colors.at(x, y)))
+}
+
 /// Solves a small symmetric system by Gauss's elimination; the last column is the right side.
 fn solved(mut system: [[f32; MOST + 1]; MOST], count: usize) -> [f32; MOST] {
     for k in 0..count {

@@ -52,8 +52,6 @@ pub struct Study<'a> {
     pub sharp: Plane,
     /// How much the photograph itself changes at each cell, Lab.
     pub steps: Plane,
-    /// Where what changes does so softly, and is painted without steps; 0 to 1.
-    pub graded: Plane,
     /// How rough the photograph is, 0 to 1.
     pub rough: Plane,
     /// How far inside the painting's border each cell is, cells.
@@ -106,7 +104,6 @@ impl<'a> Study<'a> {
             distance: mount.distance(),
             bare: Raster::new(mount.size[0], mount.size[1], 0),
             steps: most_within(&regions::steps(&photo, STEP), 1),
-            graded: Raster::by_rows(exact.width(), exact.height(), |x, y| 1.0 - sharp.at(x, y)),
             exact,
             sharp,
             photo,
@@ -117,6 +114,11 @@ impl<'a> Study<'a> {
         };
         study.bare = study.reserves(request.reserve);
         study
+    }
+
+    /// How far what changes around a cell does so softly, and is painted without steps; 0 to 1.
+    pub fn graded(&self, x: usize, y: usize) -> f32 {
+        1.0 - self.sharp.at(x, y)
     }
 
     /// Cells of a part of the long edge.

@@ -23,14 +23,13 @@ pub struct Walls {
 impl Walls {
     /// The walls in an abstraction of the photograph; `steps` is how much that changes around each cell.
     pub fn find(study: &Study<'_>, plan: &WashPlan, source: &Colors, steps: &Plane) -> Self {
-        let area = study.cells(1.0) * study.cells(1.0);
         // A blurred edge is no wall, however far its sides are apart, and neither is one that only the abstraction has.
         let hard = Raster::by_rows(source.width(), source.height(), |x, y| {
             steps.at(x, y).min(study.steps.at(x, y)) * study.sharp.at(x, y)
         });
         let finding = Finding {
             scale: plan.scale,
-            least_cells: (plan.least_region * study.params.simplification * area) as usize,
+            least_cells: study.area(plan.least_region * study.params.simplification) as usize,
             rounding: study.cells(plan.rounding),
             least_step: plan.least_step * study.params.edge_threshold as f32,
         };

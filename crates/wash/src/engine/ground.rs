@@ -7,14 +7,12 @@
 
 use girtin_grid::{Field, Layout};
 
-use crate::region::{Region, Run};
+use crate::region::{Region, Run, VECTOR};
 
 /// Cells of a window before its run.
 pub const BEFORE: usize = 2;
 /// Cells of a window behind its run: as far as the run's last vector reaches, and a cell more.
-const BEHIND: usize = 16;
-/// Stretches begin at whole vectors of so many cells.
-const VECTOR: usize = 16;
+const BEHIND: usize = VECTOR;
 
 /// Where each row's cells lie in the values of a field.
 #[derive(Clone, Debug)]
@@ -33,7 +31,7 @@ struct Packing {
     windows: Vec<Vec<[usize; 3]>>,
 }
 
-/// Neighbouring cells of a row that are kept.
+/// Neighbouring cells of a row that are kept, from a whole vector on.
 #[derive(Clone, Copy, Debug)]
 struct Stretch {
     /// First field column.

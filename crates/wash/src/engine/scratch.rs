@@ -12,10 +12,8 @@ use crate::region::{Region, Run};
 
 /// No row has this number.
 const NONE: usize = usize::MAX;
-/// Cells beside a run that are kept too.
-const BESIDE: usize = BEFORE;
 
-/// A copy of the runs of one row and of the cells beside them, 0 elsewhere.
+/// A copy of the runs of one row and of [`BEFORE`] cells on both sides of them, 0 elsewhere.
 #[derive(Debug)]
 pub struct Slot {
     pub values: Aligned<f32>,
@@ -32,13 +30,13 @@ impl Slot {
         let runs = region.runs(row);
         if self.runs != runs {
             for run in &self.runs {
-                self.values[run.first - BESIDE..run.end + BESIDE].fill(0.0);
+                self.values[run.first - BEFORE..run.end + BEFORE].fill(0.0);
             }
             self.runs.clear();
             self.runs.extend_from_slice(runs);
         }
         for window in ground.windows(region, row) {
-            let cells = window.run.len() + 2 * BESIDE;
+            let cells = window.run.len() + 2 * BEFORE;
             self.values[window.column..][..cells].copy_from_slice(field.at(window.here, cells));
         }
         self.row = row;
