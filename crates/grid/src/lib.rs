@@ -8,6 +8,7 @@
 //! - [`aligned`]: values that begin where a cache line begins;
 //! - [`field`]: a raster with a dry border, laid out for row kernels;
 //! - [`blur`]: Gaussian weights; blurs of rasters, and blurs that walls stop;
+//! - [`morphology`]: the most and the least around each cell;
 //! - [`resize`]: the same raster with more or fewer cells.
 #![forbid(unsafe_code)]
 
@@ -18,6 +19,7 @@ pub mod raster;
 pub mod aligned;
 pub mod field;
 pub mod blur;
+pub mod morphology;
 pub mod resize;
 
 pub use aligned::Aligned;

@@ -57,10 +57,12 @@ pub fn ranks(values: &Raster<f32>) -> Raster<f32> {
     })
 }
 
-/// The value that a part of all values is below.
-pub fn quantile(values: impl Iterator<Item = f32>, part: f64) -> f32 {
+/// The values that parts of all values are below; 0 where there is none.
+pub fn quantiles<const N: usize>(values: impl Iterator<Item = f32>, parts: [f64; N]) -> [f32; N] {
     let mut sorted: Vec<f32> = values.collect();
-    sorted.sort_by(f32::total_cmp);
-    let at = (sorted.len().saturating_sub(1)) as f64 * part;
-    sorted.get(at as usize).copied().unwrap_or(0.0)
+    sorted.sort_unstable_by(f32::total_cmp);
+    parts.map(|part| {
+        let at = (sorted.len().saturating_sub(1)) as f64 * part;
+        sorted.get(at as usize).copied().unwrap_or(0.0)
+    })
 }

@@ -6,9 +6,9 @@
 //! - [`abstraction`]: fewer, flatter shapes; [`regions`]: shapes whose borders are hard edges; [`lines`]: ink and masking
 //!   fluid;
 //! - [`tone`]: a watercolor's tones; [`palette`]: pigments that mix its colors; [`separate`]: how much of each;
-//! - [`study`]: all that is known of the photograph before the first wash;
-//! - `washes`: what is asked of the first wash, and of the last; `walls`: where its shapes keep apart; `load`: what is missing on the sheet as the washes below
-//!   dried, and how much water and pigment are laid for it;
+//! - [`study`]: all that is known of the photograph before the first wash; `reserves`: what of the sheet stays bare;
+//! - `washes`: what is asked of the first wash, and of the last; `walls`: where its shapes keep apart; `load`: what is
+//!   missing on the sheet as the washes below dried, and how much water and pigment are laid for it;
 //! - [`painter`]: wash by wash, until the painting is done.
 //!
 //! And for whoever has pigments in order and regions, or wants to cut them out:
@@ -28,6 +28,7 @@ pub mod tone;
 pub mod palette;
 pub mod separate;
 pub mod study;
+mod reserves;
 mod washes;
 mod walls;
 mod load;

@@ -1,7 +1,8 @@
 //! Thin lines of the photograph: dark ones for ink, light ones for masking fluid.
 
 use girtin_grid::Raster;
-use girtin_grid::blur::gaussian_plane;
+use girtin_grid::blur::{gaussian_plane, gaussian_weights};
+use girtin_grid::morphology::{dilated, eroded};
 use girtin_grid::resize::resized;
 
 use crate::abstraction::Flow;
@@ -70,8 +71,9 @@ pub fn ink(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>, stren
     kept(&lines, &least)
 }
 
-/// How fully each cell is covered by masking fluid: thin light lines on something darker, such as whiskers.
-pub fn light_lines(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>) -> Raster<f32> {
+/// How fully each cell is covered by masking fluid: thin light lines on something darker, such as whiskers, and points of
+/// light. Never more than leaves the light its own color.
+pub fn lights(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>) -> Raster<f32> {
     let flow = Flow::of(lab, mount.cells(0.004));
     let lightness = lab.map(|lab| lab[0]);
     let drawing = Drawing { width: 0.0013, reach: 0.016, sign: 1.0 };
@@ -92,11 +94,63 @@ pub fn light_lines(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32
         if above <= 0.0 {
             return 0.0;
         }
-        let line = 0.8 * smoothstep(lines.at(x, y), 0.7, 1.8);
+        let line = smoothstep(lines.at(x, y), 0.7, 1.8);
         line * lighter * above * (0.35 + 0.65 * smoothstep(attention.at(x, y), 0.0, 0.3))
     });
     let cell = mount.long_edge as f32 * mount.long_edge as f32;
-    kept(&lines, &Raster::new(lab.width(), lab.height(), 5e-5 * cell))
+    let lines = kept(&lines, &Raster::new(lab.width(), lab.height(), 8e-5 * cell));
+    // Ends fade, and edges are the line's own.
+    let lines = drawn_along(&lines, &flow, mount.cells(0.008));
+    let points = points(&lightness, mount);
+    Raster::by_rows(lab.width(), lab.height(), |x, y| {
+        let covered = lines.at(x, y).max(points.at(x, y));
+        if covered <= 0.0 { 0.0 } else { covered * less_paint(calm.at(x, y), around.at(x, y)) }
+    })
+}
+
+/// Points of light, each by itself: smaller than a hundredth of the long edge, and few.
+fn points(lightness: &Raster<f32>, mount: &Mount) -> Raster<f32> {
+    let radius = mount.cells(0.0035).max(1.0) as usize;
+    let least = eroded(lightness, radius);
+    let opened = dilated(&least, radius);
+    let points = Raster::by_rows(lightness.width(), lightness.height(), |x, y| {
+        smoothstep(lightness.at(x, y) - opened.at(x, y), 14.0, 26.0)
+    });
+    // What is full of them is a texture.
+    let many = gaussian_plane(&points, mount.cells(0.02));
+    let points = Raster::by_rows(lightness.width(), lightness.height(), |x, y| {
+        points.at(x, y) * (1.0 - smoothstep(many.at(x, y), 0.03, 0.08))
+    });
+    gaussian_plane(&points, 0.6)
+}
+
+/// How much less paint lies on a light of one lightness than around it, by Beer's law.
+fn less_paint(light: f32, around: f32) -> f32 {
+    let density = |light: f32| {
+        let root = (light.max(1.0) + 16.0) / 116.0;
+        -libm::logf(root * root * root)
+    };
+    (1.0 - density(light.min(99.0)) / density(around.min(98.0))).max(0.0)
+}
+
+/// Lines smoothed along the way they run.
+fn drawn_along(lines: &Raster<f32>, flow: &Flow, sigma: f64) -> Raster<f32> {
+    let reach = libm::ceil(2.0 * sigma) as usize;
+    let weights = gaussian_weights(sigma, reach);
+    let near = dilated(lines, 2);
+    let drawn = Raster::by_rows(lines.width(), lines.height(), |x, y| {
+        if near.at(x, y) <= 0.0 {
+            return 0.0;
+        }
+        let [along, _] = flow.at(x, y);
+        let (cos, sin) = (libm::cosf(along), libm::sinf(along));
+        let at = |(k, weight): (usize, &f32)| {
+            let t = k as f32 - reach as f32;
+            weight * lines.sample(x as f32 + 0.5 + t * cos, y as f32 + 0.5 + t * sin)
+        };
+        weights.iter().enumerate().map(at).sum()
+    });
+    gaussian_plane(&drawn, 0.6)
 }
 
 /// Lines without those of too few cells.

@@ -33,11 +33,11 @@ const INK: Srgb = Srgb([38.0 / 255.0, 34.0 / 255.0, 36.0 / 255.0]);
 /// Cells of the photograph that a palette is chosen for.
 const PALETTE_CELLS: f64 = 24_000.0;
 
+/// Name of the map of masking fluid; all washes go around it.
+const MASKED: &str = "masked.png";
+
 /// Steps after which drops fall into the first wash: it shines no more, and is not dry yet.
 const STEPS_BEFORE_DROPS: u32 = 56;
-
-/// How much of the masking fluid on light lines the first wash stays off.
-const FLUID_AT_FIRST: f32 = 0.6;
 
 /// What is to be painted, and how.
 #[derive(Clone, Copy, Debug)]
@@ -168,8 +168,11 @@ impl<'a> Painter<'a> {
             document.sheet.printed.push((stored(INK), map_area("ink.png")));
             sheet = document.resolve_sheet(stock, &maps)?;
         }
+        if let Some(masked) = &study.masked {
+            maps.0.insert(MASKED.to_owned(), StoredMap::bytes(masked));
+        }
         report(watch, Stage::Palette, 0.1)?;
-        let pigments = palette(request, stock)?;
+        let pigments = palette(request, &study.tones, stock)?;
         Ok(Self {
             paints: Paints::new(pigments.iter().map(|pigment| &pigment.coefficients)),
             current: ground_of(&sheet),
@@ -191,7 +194,6 @@ impl<'a> Painter<'a> {
 
     fn paint(mut self) -> Result<Painting, PhotoError> {
         let count = self.request.params.washes as usize;
-        let (low, high) = (self.study.lightness(0.03), self.study.lightness(0.97));
         for index in 0..count {
             let part = |of: f64| 0.15 + 0.85 * (index as f64 + of) / count as f64;
             self.say(Stage::Planning(index), part(0.0))?;
@@ -202,7 +204,8 @@ impl<'a> Painter<'a> {
                 current: &self.current,
                 paints: &self.paints,
             };
-            let lightest = |plan: &WashPlan| low + (high - low) * plan.level;
+            let tones = self.study.tones;
+            let lightest = |plan: &WashPlan| tones.darks + tones.range * plan.level;
             let before = index.checked_sub(1).map_or(100.0, |before| lightest(&WashPlan::of(before, count)));
             let load = planner.plan(&plan, index, lightest(&plan), before);
             self.say(Stage::Washing(index), part(0.4))?;
@@ -235,12 +238,6 @@ impl<'a> Painter<'a> {
         let steps = load.edges.map(|edge| (edge * EDGE_STEPS + 0.5).min(255.0) as u8);
         keep(name("shapes"), StoredMap::Bytes(load.shapes.clone()));
         keep(name("edges"), StoredMap::Bytes(steps));
-        // The first wash runs under some of the masking fluid, so that lines are tinted, not white.
-        let fluid = if index == 0 { FLUID_AT_FIRST } else { 1.0 };
-        let masked = self.study.masked.as_ref().map(|masked| {
-            keep(name("masked"), StoredMap::bytes(&masked.map(|masked| fluid * masked)));
-            map_name(&name("masked"))
-        });
         let turbulence =
             plan.turbulence * (self.request.params.turbulence * self.request.params.freedom()) as f32;
         // Wide, as a brush is refilled and a sheet leans; what is as small as a blotch would be dirt.
@@ -290,7 +287,7 @@ impl<'a> Painter<'a> {
             outline: Some(Outline {
                 regions: map_name(&name("shapes")),
                 edges: Some(map_name(&name("edges"))),
-                masked,
+                masked: self.study.masked.as_ref().map(|_| map_name(MASKED)),
             }),
             events,
         };
@@ -370,14 +367,17 @@ fn report(watch: &Watch<'_>, stage: Stage, part: f64) -> Result<(), PhotoError> 
 }
 
 /// The pigments that are asked for, or that suit the picture.
-fn palette<'a>(request: &Request<'_>, stock: &'a Stock) -> Result<Vec<&'a Pigment>, PhotoError> {
+fn palette<'a>(
+    request: &Request<'_>,
+    tones: &Tones,
+    stock: &'a Stock,
+) -> Result<Vec<&'a Pigment>, PhotoError> {
     if let Some(names) = request.palette {
         if names.is_empty() || names.len() > MOST {
             return Err(PhotoError::Palette(names.len()));
         }
         return Ok(names.iter().map(|name| stock.pigments.get(name)).collect::<Result<_, _>>()?);
     }
-    let tones = Tones::new(request.params);
     // The photograph alone, so that no margin has a say.
     let pixels = request.pixels.map(|side| side as f64);
     let shrink = libm::sqrt(PALETTE_CELLS / (pixels[0] * pixels[1])).min(1.0);

@@ -4,6 +4,7 @@ use std::cmp::Ordering;
 use std::collections::{BTreeMap, BinaryHeap};
 
 use girtin_grid::Raster;
+use girtin_grid::morphology::dilated;
 use rayon::prelude::*;
 
 /// Regions, by number.
@@ -324,42 +325,6 @@ fn near_borders<L: Copy + PartialEq + Send + Sync>(labels: &Raster<L>, radius: u
         )
     });
     dilated(&border, radius)
-}
-
-/// The mask with everything within `radius` cells of it, by squares.
-pub fn dilated(mask: &Raster<u8>, radius: usize) -> Raster<u8> {
-    let (width, height) = (mask.width(), mask.height());
-    // Cells since the last one that is set, both ways.
-    let mut along = Raster::new(width, height, 0u8);
-    for y in 0..height {
-        let (row, out) = (mask.row(y), along.row_mut(y));
-        let mut reach = 0;
-        for x in 0..width {
-            reach = if row[x] != 0 { radius + 1 } else { reach };
-            out[x] |= u8::from(reach > 0);
-            reach = reach.saturating_sub(1);
-        }
-        reach = 0;
-        for x in (0..width).rev() {
-            reach = if row[x] != 0 { radius + 1 } else { reach };
-            out[x] |= u8::from(reach > 0);
-            reach = reach.saturating_sub(1);
-        }
-    }
-    let mut all = Raster::new(width, height, 0u8);
-    for backwards in [false, true] {
-        let mut reach = vec![0usize; width];
-        for step in 0..height {
-            let y = if backwards { height - 1 - step } else { step };
-            let (row, out) = (along.row(y), all.row_mut(y));
-            for x in 0..width {
-                reach[x] = if row[x] != 0 { radius + 1 } else { reach[x] };
-                out[x] |= u8::from(reach[x] > 0);
-                reach[x] = reach[x].saturating_sub(1);
-            }
-        }
-    }
-    all
 }
 
 /// A border between two regions: its cells, and the squares of what they step.

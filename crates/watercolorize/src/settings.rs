@@ -17,7 +17,7 @@ parameters! {
             acts: Simulation, doc: "How closely the painting follows the photograph: turbulence, economy and how far later washes mend earlier ones move together.", source: "custom",
         }
         detail: f64 {
-            symbol: "D", label: "Detail", unit: "1", default: 1.0, hard: (0.0, 2.0), soft: (0.0, 1.5),
+            symbol: "D", label: "Detail", unit: "1", default: 1.1, hard: (0.0, 2.0), soft: (0.0, 1.5),
             acts: Simulation, doc: "How much is drawn exactly where the eye rests.", source: "custom",
         }
         plan_cells: u32 {
@@ -70,7 +70,7 @@ parameters! {
         }
         stepping: f64 {
             symbol: "", label: "Stepping", unit: "1", default: 0.7, hard: (0.0, 1.0), soft: (0.0, 1.0),
-            acts: Simulation, doc: "How far later washes step at the edges of their shapes, rather than fade in.", source: "custom",
+            acts: Simulation, doc: "How far tones step, at the edges of later washes and where the photograph is soft, rather than fade.", source: "custom",
         }
         turbulence: f64 {
             symbol: "", label: "Turbulence", unit: "1", default: 1.3, hard: (0.0, 5.0), soft: (0.0, 2.0),

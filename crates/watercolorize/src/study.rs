@@ -2,16 +2,18 @@
 
 use girtin_grid::Raster;
 use girtin_grid::blur::{gaussian, gaussian_plane};
+use girtin_grid::morphology::dilated;
 use girtin_grid::resize::resized_plane;
 
 use crate::abstraction::abstracted;
 use crate::accidents::{noise, plane, smoothstep};
-use crate::attention::{attention, quantile};
-use crate::lines::{ink, light_lines, warped};
+use crate::attention::attention;
+use crate::lines::{ink, lights, warped};
 use crate::mount::Mount;
 use crate::painter::Request;
-use crate::regions::{self, Finding, cleaned, regions, voted};
+use crate::regions;
 use crate::settings::PhotoParams;
+use crate::tone::Tones;
 
 /// Part of a step that is made within two cells, for an edge that counts as blurred and one that counts as sharp.
 const SHARP: [f32; 2] = [0.45, 0.9];
@@ -44,6 +46,8 @@ pub struct Study<'a> {
     pub mount: Mount,
     /// The photograph in Lab.
     pub photo: Colors,
+    /// The tones it is painted in.
+    pub tones: Tones,
     /// The same abstracted, broadest first.
     pub abstractions: Vec<Colors>,
     /// How exactly each cell is drawn, with the parameter in it; 0 to 1.
@@ -54,13 +58,17 @@ pub struct Study<'a> {
     pub steps: Plane,
     /// How rough the photograph is, 0 to 1.
     pub rough: Plane,
+    /// Unevenness of where tones step, of variance 1.
+    pub stray_tone: Plane,
+    /// Unevenness of hue, of variance 1.
+    pub drift: Raster<[f32; 2]>,
     /// How far inside the painting's border each cell is, cells.
     pub inside: Plane,
     /// Distance from the photograph's border, negative inside, cells.
     pub distance: Plane,
     /// What stays bare: 1.
     pub bare: Raster<u8>,
-    /// Masking fluid on thin light lines, twice as fine as the sheet's cells.
+    /// Masking fluid on lines and points of light, twice as fine as the sheet's cells.
     pub masked: Option<Plane>,
 }
 
@@ -82,30 +90,39 @@ impl<'a> Study<'a> {
             (simpler * (0.013 * (1.0 - exact) + 0.0022 * exact)) as f32
         });
         let times = |by: f32| radius.map(|radius| radius * by);
-        let broad = abstracted(&photo, &radius);
-        let rough = roughness(&photo, &broad, &exact, &mount);
         let masked = (params.detail > 0.0).then(|| {
             // Thin lines would be beads on the sheet's own cells.
             let mount = mount.finer();
             let exact = resized_plane(&exact, mount.size[0], mount.size[1]);
-            light_lines(&mount.place_lab(request.photo), &mount, &exact)
+            lights(&mount.place_lab(request.photo), &mount, &exact)
         });
+        let covered = masked.as_ref().map(|masked| without_lights(&photo, masked, &mount));
+        let covered = covered.as_ref().unwrap_or(&photo);
+        let broad = abstracted(covered, &radius);
+        let rough = roughness(covered, &broad, &exact, &mount);
         let sharp = sharpness(&photo, &exact, &mount);
         let inside = mount.painted(&request.mounting, params.vignette as f32, paper, request.seed);
+        let distance = mount.distance();
+        let cells = photo.as_slice().iter().zip(distance.as_slice());
+        let lightness = cells.filter(|(_, distance)| **distance < 0.0).map(|(lab, _)| lab[0]);
+        let tones = Tones::new(params, lightness);
         let mut study = Self {
             params,
             seed: request.seed,
             abstractions: vec![
                 abstracted(&broad, &times(2.0)),
                 broad,
-                abstracted(&photo, &times(0.5)),
-                abstracted(&photo, &times(0.28)),
+                abstracted(covered, &times(0.5)),
+                abstracted(covered, &times(0.28)),
             ],
-            distance: mount.distance(),
+            distance,
             bare: Raster::new(mount.size[0], mount.size[1], 0),
-            steps: most_within(&regions::steps(&photo, STEP), 1),
+            steps: dilated(&regions::steps(&photo, STEP), 1),
             exact,
             sharp,
+            tones,
+            stray_tone: plane(request.seed, "tiers", mount.size, mount.cells(0.02)),
+            drift: noise(request.seed, "charging", mount.size, mount.cells(0.05)),
             photo,
             rough,
             inside,
@@ -129,94 +146,6 @@ impl<'a> Study<'a> {
     /// Cells of a part of the long edge's square.
     pub fn area(&self, part: f64) -> f64 {
         part * self.cells(1.0) * self.cells(1.0)
-    }
-
-    /// The lightness that a part of the photograph is darker than.
-    pub fn lightness(&self, part: f64) -> f32 {
-        let cells = self.abstractions[1].as_slice().iter().zip(self.distance.as_slice());
-        quantile(cells.filter(|(_, distance)| **distance < 0.0).map(|(lab, _)| lab[0]), part)
-    }
-
-    /// White that stays paper: only where most of its edge is hard, so that pale skies fade to paper instead of ending in a
-    /// curve; slivers between shapes; and what the caller reserves.
-    fn reserves(&self, reserve: Option<&Plane>) -> Raster<u8> {
-        let [width, height] = self.mount.size;
-        let broad = &self.abstractions[1];
-        let finest = &self.abstractions[3];
-        let is_white = |[l, a, b]: [f32; 3], least: f32| l > least && libm::hypotf(a, b) < 7.0;
-        // Fine lights are white by themselves where all is exact; elsewhere only in what is white at large. What is written
-        // on white is never white.
-        let white = Raster::by_rows(width, height, |x, y| {
-            let at_large = is_white(broad.at(x, y), 94.0) || self.exact.at(x, y) > 0.3;
-            f32::from(u8::from(at_large && is_white(finest.at(x, y), 92.5)))
-        });
-        let sharp = white.map(|white| u8::from(white > 0.5));
-        let round = gaussian_plane(&white, self.cells(0.003)).map(|white| u8::from(white > 0.5));
-        let white = Raster::by_rows(width, height, |x, y| {
-            if self.exact.at(x, y) > 0.3 { sharp.at(x, y) } else { round.at(x, y) & sharp.at(x, y) }
-        });
-        let least = self.exact.map(|exact| self.area(1.5e-4) as f32 * (1.05 - exact));
-        let mut bare = cleaned(&white, &least, 0.0);
-        let steps = regions::steps(broad, self.cells(0.008));
-        let pieces = regions::connected(&bare);
-        let count = pieces.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
-        let mut rims = vec![[0u32; 2]; count];
-        for y in 1..height.saturating_sub(1) {
-            for x in 1..width.saturating_sub(1) {
-                let around = [(x - 1, y), (x + 1, y), (x, y - 1), (x, y + 1)];
-                if bare.at(x, y) != 0
-                    && self.distance.at(x, y) < 0.0
-                    && around.iter().any(|&(x, y)| bare.at(x, y) == 0)
-                {
-                    let rim = &mut rims[pieces.at(x, y) as usize];
-                    rim[0] += 1;
-                    rim[1] += u32::from(steps.at(x, y) < 16.0);
-                }
-            }
-        }
-        for (cell, &piece) in bare.as_mut_slice().iter_mut().zip(pieces.as_slice()) {
-            let [all, soft] = rims[piece as usize];
-            *cell &= u8::from(f64::from(soft) <= 0.35 * f64::from(all.max(1)));
-        }
-        let slivers = self.slivers(&steps);
-        bare.as_mut_slice().iter_mut().zip(slivers.as_slice()).for_each(|(bare, sliver)| *bare |= sliver);
-        if let Some(reserve) = reserve {
-            let reserve = self.mount.place(&reserve.map(|value| [value]));
-            let cells = bare.as_mut_slice().iter_mut().zip(reserve.as_slice());
-            cells.for_each(|(bare, [reserve])| *bare |= u8::from(*reserve >= 0.5));
-        }
-        bare
-    }
-
-    /// Slivers of paper left between shapes, few, where edges are hard and light and nothing is exact.
-    fn slivers(&self, steps: &Plane) -> Raster<u8> {
-        let [width, height] = self.mount.size;
-        let much = self.params.slivers as f32;
-        if much <= 0.0 {
-            return Raster::new(width, height, 0);
-        }
-        let finding = Finding {
-            scale: 196.0,
-            least_cells: self.area(8e-4) as usize,
-            rounding: self.cells(0.004),
-            least_step: 26.0,
-        };
-        let (_, edges) = voted(&regions(&self.abstractions[1], steps, &finding), self.cells(0.002));
-        let chance = plane(self.seed, "slivers", self.mount.size, self.cells(0.03));
-        let light = gaussian(&self.abstractions[1], self.cells(0.004));
-        let loose = gaussian_plane(&self.exact, self.cells(0.01));
-        let reach = self.cells(0.0022) as f32 * much;
-        let there = Raster::by_rows(width, height, |x, y| {
-            let chance = (chance.at(x, y) - 0.9).clamp(0.0, 1.2);
-            let loose = smoothstep(-loose.at(x, y), -0.4, -0.08);
-            let is_light = light.at(x, y)[0] > 45.0 && self.distance.at(x, y) < -self.cells(0.02) as f32;
-            u8::from(is_light && edges.at(x, y) < reach * chance * loose * self.sharp.at(x, y))
-        });
-        // What is a cell wide would be a row of dots.
-        let round = gaussian_plane(&there.map(f32::from), 1.0);
-        let there = Raster::by_rows(width, height, |x, y| u8::from(round.at(x, y) > 0.5) & there.at(x, y));
-        let area = self.area(6e-5) as f32;
-        cleaned(&there, &Raster::new(width, height, area), 0.0)
     }
 
     /// How hard the photograph's edges are around each cell, 0 to 1.
@@ -255,7 +184,7 @@ impl<'a> Study<'a> {
 fn sharpness(photo: &Colors, exact: &Plane, mount: &Mount) -> Plane {
     let [near, far] = [2.0, mount.cells(0.011)].map(|distance| {
         // Off an edge it is still that edge which is judged.
-        most_within(&regions::steps(photo, distance), mount.cells(0.006) as usize)
+        dilated(&regions::steps(photo, distance), mount.cells(0.006) as usize)
     });
     let sharp = Raster::by_rows(photo.width(), photo.height(), |x, y| {
         let (near, far) = (near.at(x, y), far.at(x, y));
@@ -267,15 +196,21 @@ fn sharpness(photo: &Colors, exact: &Plane, mount: &Mount) -> Plane {
     gaussian_plane(&sharp, mount.cells(0.004))
 }
 
-/// The most of each cell and those up to `radius` from it, by squares.
-fn most_within(plane: &Plane, radius: usize) -> Plane {
-    let (width, height) = (plane.width(), plane.height());
-    let most = |values: &mut dyn Iterator<Item = f32>| values.fold(f32::NEG_INFINITY, f32::max);
-    let along = Raster::by_rows(width, height, |x, y| {
-        most(&mut plane.row(y)[x.saturating_sub(radius)..(x + radius + 1).min(width)].iter().copied())
+/// The photograph as it would be without the lights that masking fluid covers: washes go over them.
+fn without_lights(photo: &Colors, masked: &Plane, mount: &Mount) -> Colors {
+    let [width, height] = mount.size;
+    let covered = resized_plane(masked, width, height).map(|masked| smoothstep(masked, 0.04, 0.25));
+    let covered = dilated(&covered, 1);
+    let beside = Raster::by_rows(width, height, |x, y| {
+        let seen = 1.001 - covered.at(x, y);
+        let [l, a, b] = photo.at(x, y);
+        [seen * l, seen * a, seen * b, seen]
     });
+    let beside = gaussian(&beside, mount.cells(0.004));
     Raster::by_rows(width, height, |x, y| {
-        most(&mut (y.saturating_sub(radius)..(y + radius + 1).min(height)).map(|y| along.at(x, y)))
+        let (own, [l, a, b, seen]) = (photo.at(x, y), beside.at(x, y));
+        let without = [l, a, b].map(|sum| sum / seen);
+        [0, 1, 2].map(|c: usize| own[c] + covered.at(x, y) * (without[c] - own[c]))
     })
 }
 

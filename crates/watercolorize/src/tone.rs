@@ -1,6 +1,7 @@
 //! What a watercolor makes of a photograph's tones: paper for whites, no dead blacks, tints of the darks first.
 
 use crate::accidents::smoothstep;
+use crate::attention::quantiles;
 use crate::settings::PhotoParams;
 
 /// `low` and more: softly so within `width` of it.
@@ -10,30 +11,58 @@ fn soft_floor(value: f32, low: f32, width: f32) -> f32 {
     low + width * soft
 }
 
+/// Median lightness, Lab, below which a photograph is painted in a lighter key, and how much of what it is below.
+const DARK: f32 = 55.0;
+const LIGHTER: f32 = 0.07;
+
+/// Lightness of whites, Lab, below which a photograph's lightest hundredth is lifted, and by how much of what it is below.
+const WHITES: f32 = 92.0;
+const LIFTED: f32 = 0.18;
+
+/// Lightness, Lab, from which on and up to which tones pass into paper, and by how much they are lighter there.
+const TO_PAPER: [f32; 2] = [76.0, 94.0];
+const LIGHTS: f32 = 2.5;
+
 /// Tones of a painting, from those of a photograph.
 #[derive(Clone, Copy, Debug)]
 pub struct Tones {
     key: f32,
     chroma: f32,
     darkest: f32,
+    whites: f32,
+    /// The photograph's darks, Lab L.
+    pub darks: f32,
+    /// How far its lights are from them, Lab.
+    pub range: f32,
 }
 
 impl Tones {
-    /// As the parameters ask.
-    pub fn new(params: &PhotoParams) -> Self {
-        Self { key: params.key as f32, chroma: params.chroma as f32, darkest: params.darkest as f32 }
+    /// As the parameters ask, for the lightness of a photograph's cells, Lab.
+    pub fn new(params: &PhotoParams, lightness: impl Iterator<Item = f32>) -> Self {
+        let light = quantiles(lightness, [0.03, 0.5, 0.97, 0.99]);
+        Self {
+            key: params.key as f32 + LIGHTER * (DARK - light[1]).max(0.0),
+            chroma: params.chroma as f32,
+            darkest: params.darkest as f32,
+            whites: LIFTED * (WHITES - light[3]).max(0.0),
+            darks: light[0],
+            range: (light[2] - light[0]).clamp(20.0, 100.0),
+        }
     }
 
     /// The Lab that is painted for a Lab of the photograph.
     pub fn of(&self, [l, a, b]: [f32; 3]) -> [f32; 3] {
         let chroma = libm::hypotf(a, b);
         let light = 100.0 - 0.975 * (100.0 - l);
+        let up = (light / WHITES).min(1.0);
+        let light = light + self.whites * up * up;
         let light =
             light + self.key * ((100.0 - light) / 60.0).clamp(0.0, 1.0) * (light / 40.0).clamp(0.0, 1.0);
+        let light = (light + LIGHTS * smoothstep(light, TO_PAPER[0], TO_PAPER[1])).min(light.max(98.5));
         // Neutral darks lean to blue violet: a black from the tube is dead.
         let dark = (1.0 - smoothstep(chroma, 3.0, 12.0)) * (1.0 - smoothstep(light, 15.0, 60.0));
         let tinted = dark * self.chroma.min(1.0);
-        [soft_floor(light, self.darkest, 3.0), a * self.chroma + 0.8 * tinted, b * self.chroma - 3.0 * tinted]
+        [soft_floor(light, self.darkest, 3.0), a * self.chroma + 1.2 * tinted, b * self.chroma - 4.5 * tinted]
     }
 }
 

@@ -1,9 +1,10 @@
 //! Walls: along the photograph's hard edges the shapes of a wash keep apart, and pigment gathers there.
 
 use girtin_grid::Raster;
+use girtin_grid::morphology::dilated;
 
 use crate::lines::{warped, warped_labels};
-use crate::regions::{FARTHEST, Finding, Regions, dilated, regions};
+use crate::regions::{FARTHEST, Finding, Regions, regions};
 use crate::study::{Colors, Plane, Study};
 use crate::washes::WashPlan;
 

@@ -19,8 +19,6 @@ pub struct WashPlan {
     pub flat_over: f64,
     /// How much of the evened color is taken.
     pub flatness: f32,
-    /// Drift of hue.
-    pub charge: f32,
     /// Least area of a shape; none for the first wash, which covers all.
     pub least_shape: f64,
     /// Smoothing of what is missing.
@@ -65,7 +63,6 @@ impl WashPlan {
             least_step: falling([30.0, 13.0, 9.0, 8.0]) as f32,
             flat_over: falling([0.03, 0.022, 0.014, 0.008]),
             flatness: between([0.9, 0.85, 0.65, 0.4]) as f32,
-            charge: if index == last { 0.0 } else { between([3.0, 2.5, 2.5, 1.0]) as f32 },
             least_shape: falling([6e-4, 4e-4, 1.6e-4, 5e-5]),
             need_over: falling([0.0032, 0.0028, 0.0018, 0.0011]),
             most_each: between([0.8, 1.2, 1.5, 1.8]) as f32,

@@ -1,12 +1,12 @@
 //! Where mattes lie side by side.
 
 use girtin_grid::Raster;
+use girtin_grid::morphology::dilated;
 
 use super::MatteGlazes;
 use super::stretch::stretched;
 use super::target_glaze::WETTED;
 use crate::mattes::Matte;
-use crate::regions::dilated;
 
 /// How far from the other matte pigment piles up along a seam, cells: as far as a bead that the flow outward makes.
 const REACH: usize = 3;

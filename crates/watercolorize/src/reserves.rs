@@ -1,0 +1,121 @@
+//! What stays bare paper: whites, slivers between shapes, and what the caller reserves.
+
+use girtin_grid::Raster;
+use girtin_grid::blur::{gaussian, gaussian_plane};
+
+use crate::accidents::{plane, smoothstep};
+use crate::regions::{self, Finding, cleaned, regions, voted};
+use crate::study::{Plane, Study};
+
+/// Part of a light surface that must be white for all of it to stay bare.
+const WHITE: f64 = 0.6;
+
+/// Part of a white surface's rim that may be soft.
+const SOFT: f64 = 0.35;
+
+/// A light surface: its cells, how many of them are white, and those at its rim, and at a soft rim.
+#[derive(Clone, Copy, Debug, Default)]
+struct Surface {
+    cells: u32,
+    white: u32,
+    rim: u32,
+    soft: u32,
+}
+
+impl Surface {
+    /// Whether it stays bare paper.
+    fn is_reserved(&self) -> bool {
+        f64::from(self.white) > WHITE * f64::from(self.cells)
+            && f64::from(self.soft) <= SOFT * f64::from(self.rim.max(1))
+    }
+}
+
+impl Study<'_> {
+    /// White that stays paper: only where most of its edge is hard, so that pale skies fade to paper instead of ending in a
+    /// curve; slivers between shapes; and what the caller reserves.
+    pub fn reserves(&self, reserve: Option<&Plane>) -> Raster<u8> {
+        let [width, height] = self.mount.size;
+        let broad = &self.abstractions[1];
+        let finest = &self.abstractions[3];
+        // Fine lights are white by themselves where all is exact; elsewhere only in what is white at large. What is written
+        // on white is never white.
+        let is_light =
+            |[l, a, b]: [f32; 3], least: f32, grayest: f32| l > least && libm::hypotf(a, b) < grayest;
+        let lighter = |below: f32, grayest: f32| {
+            Raster::by_rows(width, height, |x, y| {
+                let at_large = is_light(broad.at(x, y), 94.0 - below, grayest) || self.exact.at(x, y) > 0.3;
+                u8::from(at_large && is_light(finest.at(x, y), 92.5 - below, grayest))
+            })
+        };
+        let white = lighter(0.0, 7.0);
+        // A surface is white or it is not: where all of one is nearly so, all of it stays bare.
+        let light = lighter(5.0, 9.0);
+        let round = gaussian_plane(&light.map(f32::from), self.cells(0.003));
+        let light = Raster::by_rows(width, height, |x, y| {
+            light.at(x, y) & u8::from(self.exact.at(x, y) > 0.3 || round.at(x, y) > 0.5)
+        });
+        let least = self.exact.map(|exact| self.area(1.5e-4) as f32 * (1.05 - exact));
+        let mut bare = cleaned(&light, &least, 0.0);
+        let steps = regions::steps(broad, self.cells(0.008));
+        let pieces = regions::connected(&bare);
+        let count = pieces.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
+        let mut surfaces = vec![Surface::default(); count];
+        for y in 0..height {
+            for x in 0..width {
+                if bare.at(x, y) == 0 || self.distance.at(x, y) >= 0.0 {
+                    continue;
+                }
+                let surface = &mut surfaces[pieces.at(x, y) as usize];
+                surface.cells += 1;
+                surface.white += u32::from(white.at(x, y));
+                let around = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
+                if around.iter().any(|&(x, y)| x < width && y < height && bare.at(x, y) == 0) {
+                    surface.rim += 1;
+                    surface.soft += u32::from(steps.at(x, y) < 16.0);
+                }
+            }
+        }
+        for (cell, &piece) in bare.as_mut_slice().iter_mut().zip(pieces.as_slice()) {
+            *cell &= u8::from(surfaces[piece as usize].is_reserved());
+        }
+        let slivers = self.slivers(&steps);
+        bare.as_mut_slice().iter_mut().zip(slivers.as_slice()).for_each(|(bare, sliver)| *bare |= sliver);
+        if let Some(reserve) = reserve {
+            let reserve = self.mount.place(&reserve.map(|value| [value]));
+            let cells = bare.as_mut_slice().iter_mut().zip(reserve.as_slice());
+            cells.for_each(|(bare, [reserve])| *bare |= u8::from(*reserve >= 0.5));
+        }
+        bare
+    }
+
+    /// Slivers of paper left between shapes, few, where edges are hard and light and nothing is exact.
+    fn slivers(&self, steps: &Plane) -> Raster<u8> {
+        let [width, height] = self.mount.size;
+        let much = self.params.slivers as f32;
+        if much <= 0.0 {
+            return Raster::new(width, height, 0);
+        }
+        let finding = Finding {
+            scale: 196.0,
+            least_cells: self.area(8e-4) as usize,
+            rounding: self.cells(0.004),
+            least_step: 26.0,
+        };
+        let (_, edges) = voted(&regions(&self.abstractions[1], steps, &finding), self.cells(0.002));
+        let chance = plane(self.seed, "slivers", self.mount.size, self.cells(0.03));
+        let light = gaussian(&self.abstractions[1], self.cells(0.004));
+        let loose = gaussian_plane(&self.exact, self.cells(0.01));
+        let reach = self.cells(0.0022) as f32 * much;
+        let there = Raster::by_rows(width, height, |x, y| {
+            let chance = (chance.at(x, y) - 0.9).clamp(0.0, 1.2);
+            let loose = smoothstep(-loose.at(x, y), -0.4, -0.08);
+            let is_light = light.at(x, y)[0] > 45.0 && self.distance.at(x, y) < -self.cells(0.02) as f32;
+            u8::from(is_light && edges.at(x, y) < reach * chance * loose * self.sharp.at(x, y))
+        });
+        // What is a cell wide would be a row of dots.
+        let round = gaussian_plane(&there.map(f32::from), 1.0);
+        let there = Raster::by_rows(width, height, |x, y| u8::from(round.at(x, y) > 0.5) & there.at(x, y));
+        let area = self.area(6e-5) as f32;
+        cleaned(&there, &Raster::new(width, height, area), 0.0)
+    }
+}
