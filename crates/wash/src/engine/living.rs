@@ -94,7 +94,7 @@ impl LivingRun {
         for _ in 0..advances {
             self.pools.creep(task, living);
         }
-        let dried = self.pools.dry(task, living, found.thinnest, advances > 0);
+        let dried = self.pools.dry(task, living);
         self.pools.look_again(task, state);
         let film = (water.evaporated + dried) as f64 / QUANTA;
         let pores = found.pores_evaporated as f64 / QUANTA * f64::from(living.pore_depth);

@@ -156,13 +156,8 @@ impl Pool {
     }
 
     /// Cells whose film is gone leave the wet paper; returns the water that evaporated with it, quanta.
-    ///
-    /// `thinnest` are the bits of the thinnest film; with `has_crept` it is not known.
-    pub fn dry(&mut self, task: &Task, living_task: &LivingTask, thinnest: i32, has_crept: bool) -> i64 {
-        // No paper is higher than 1.
-        let is_thin =
-            has_crept || (thinnest as i64) < i64::from(living_task.vanishing.thinnest.to_bits() as i32);
-        let Some(pores) = task.pores.as_ref().filter(|_| is_thin) else { return 0 };
+    pub fn dry(&mut self, task: &Task, living_task: &LivingTask) -> i64 {
+        let Some(pores) = &task.pores else { return 0 };
         let gone = self.vanished(living_task.vanishing);
         let mut lost = 0;
         for &[row, x] in &gone {
