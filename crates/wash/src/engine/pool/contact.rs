@@ -11,7 +11,7 @@ use crate::engine::stage::Stage;
 use crate::engine::{LivingTask, Task};
 use crate::evaporate::QUANTA;
 use crate::flow_outward::Edge;
-use crate::region::Run;
+use crate::region::{Run, first_where};
 use crate::simulate_capillary_flow::Pores;
 use crate::state::{WashState, still_faces};
 
@@ -68,7 +68,7 @@ impl Pool {
         let Some(living) = &self.living else { return };
         for row in rows {
             let mask = self.state.wet_mask.row(row);
-            let is_full = |run: &Run| mask[run.first..run.end].iter().all(|&wet| wet != 0);
+            let is_full = |run: &Run| first_where(mask, run.first..run.end, |wet| wet == 0) == run.end;
             living.facts.note_full(row, self.damp.runs(row).iter().all(is_full));
         }
     }
