@@ -133,7 +133,12 @@ impl Sheet<'_> {
         }
         let [above, here, below] = [row - 1, row, row + 1].map(|row| self.mask.row(row));
         let is_edge = |x: usize| here[x] == 0 && (above[x] | below[x] | here[x - 1] | here[x + 1]) != 0;
-        for x in (first..end).filter(|&x| is_edge(x)) {
+        // No cell of a run that is wet throughout is dry.
+        let wet_runs = || region.runs(row).iter().filter(|run| run.all_wet);
+        let starts = std::iter::once(first).chain(wet_runs().map(|run| run.end));
+        let ends = wet_runs().map(|run| run.first).chain(std::iter::once(end));
+        let gaps = starts.zip(ends).flat_map(|(start, end)| start..end);
+        for x in gaps.filter(|&x| is_edge(x)) {
             let to = (row, x);
             if self.donors(edge, to) == 0 {
                 continue;

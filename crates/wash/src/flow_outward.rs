@@ -8,6 +8,7 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 use crate::engine::ground::Ground;
+use crate::region::first_where;
 
 /// Takes water from the cells of one row.
 ///
@@ -138,9 +139,7 @@ impl Outflow {
                         blurred.rows(row as isize - tap as isize, row as isize + tap as isize);
                     add_scaled_pair(&mut dryness, above, Some(below), weight);
                 }
-                for ((amount, &dryness), &wet) in out.iter_mut().zip(&dryness).zip(wet) {
-                    *amount = if wet != 0 { strength * dryness } else { 0.0 };
-                }
+                put_amounts(out, &dryness, wet, strength);
             }
         });
         for row in rows {
@@ -153,20 +152,34 @@ impl Outflow {
     }
 }
 
+/// η(1 − M′)M of one row, from its 1 − M′.
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn put_amounts(amounts: &mut [f32], dryness: &[f32], wet: &[u8], strength: f32) {
+    let n = amounts.len();
+    let (dryness, wet) = (&dryness[..n], &wet[..n]);
+    for i in 0..n {
+        let amount = strength * dryness[i];
+        amounts[i] = if wet[i] != 0 { amount } else { 0.0 };
+    }
+}
+
 /// The columns where a row is not 0, short gaps included.
 fn nonzero_spans(row: &[f32], columns: Range<usize>) -> Vec<Range<usize>> {
     const WORTH_A_GAP: usize = 16;
     let mut spans: Vec<Range<usize>> = Vec::new();
     let mut x = columns.start;
-    while let Some(start) = (x..columns.end).find(|&x| row[x] != 0.0) {
-        let end = (start..columns.end).find(|&x| row[x] == 0.0).unwrap_or(columns.end);
+    loop {
+        let start = first_where(row, x..columns.end, |amount| amount != 0.0);
+        if start == columns.end {
+            return spans;
+        }
+        let end = first_where(row, start..columns.end, |amount| amount == 0.0);
         match spans.last_mut() {
             Some(last) if start < last.end + WORTH_A_GAP => last.end = end,
             _ => spans.push(start..end),
         }
         x = end;
     }
-    spans
 }
 
 /// Columns widened to whole vectors: nothing is drawn off beside them, and a loop has no single cells at its end.

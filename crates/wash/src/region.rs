@@ -69,6 +69,17 @@ const WORTH_A_GAP: usize = VECTOR;
 /// Cells of a run from which on it pays to have kernels without masks.
 const WORTH_NO_MASK: usize = VECTOR;
 
+/// The first of these columns whose value is such, or their end.
+///
+/// Looks at many values at once before it looks for the one: a search that may end at any value is no loop of vectors.
+pub fn first_where<T: Copy>(row: &[T], columns: Range<usize>, is_such: impl Fn(T) -> bool) -> usize {
+    let values = &row[columns.clone()];
+    let is_none = |block: &&[T]| !block.iter().fold(false, |any, &value| any | is_such(value));
+    let skipped: usize = values.chunks(4 * VECTOR).take_while(is_none).map(<[T]>::len).sum();
+    let found = values[skipped..].iter().position(|&value| is_such(value));
+    found.map_or(columns.end, |at| columns.start + skipped + at)
+}
+
 /// The runs of all rows.
 #[derive(Clone, Debug)]
 pub struct Region {
@@ -110,9 +121,13 @@ impl Region {
         runs.clear();
         let columns = field.layout().columns();
         let mut x = columns.start;
-        while let Some(start) = (x..columns.end).find(|&x| holds(here[x])) {
-            let end = (start..columns.end).find(|&x| !holds(here[x])).unwrap_or(columns.end);
-            let all_wet = above[start..end].iter().all(|&value| holds(value));
+        loop {
+            let start = first_where(here, x..columns.end, &holds);
+            if start == columns.end {
+                break;
+            }
+            let end = first_where(here, start..columns.end, |value| !holds(value));
+            let all_wet = first_where(above, start..end, |value| !holds(value)) == end;
             x = end;
             match runs.last_mut() {
                 Some(last) if start < last.end + WORTH_A_GAP => {

@@ -124,10 +124,12 @@ pub fn iterate(
 ) {
     if is_free {
         iterate_kernel::<true>(next, rows, iteration, stiffness, run);
-        // Nothing flows through the faces at its ends.
+        // Nothing flows through the faces at its ends. Their mobility is not read: it would have to come from far away.
         let terms = Terms::new(iteration, stiffness);
+        let open = |is_open: bool| f32::from(u8::from(is_open));
         for x in [run.first, run.end - 1] {
-            next[x] = terms.next::<false>(&rows.around(x));
+            let mobility = [open(x > run.first), open(x + 1 < run.end), 1.0, 1.0];
+            next[x] = terms.next::<false>(&rows.around(x, mobility));
         }
     } else {
         iterate_kernel::<false>(next, rows, iteration, stiffness, run);
@@ -180,15 +182,10 @@ impl Terms {
 }
 
 impl SolveRows<'_> {
-    fn around(&self, x: usize) -> Around {
+    fn around(&self, x: usize, mobility: [f32; 4]) -> Around {
         Around {
             q: [self.here[x], self.here[x - 1], self.here[x + 1], self.above[x], self.below[x]],
-            mobility: [
-                self.mobility_u[x],
-                self.mobility_u[x + 1],
-                self.mobility_v[x],
-                self.mobility_v_below[x],
-            ],
+            mobility,
             divergence: self.divergence[x],
             before: self.before[x],
         }

@@ -106,15 +106,15 @@ fn add_slope_kernel<const ALL_WET: bool, const TILTED: bool>(
     }
 }
 
-/// Bits of the largest speed that the faces of one row may have after a step: what they have, and what the film's own
-/// gradient gives them in it.
+/// Bits of the largest speed of the faces of one row, and of the largest that they may have after a step: what they have, and
+/// what the film's own gradient gives them in it.
 ///
 /// C97 counts sub-steps by the speed at the start of a step; a stroke's edge is a cliff of water at high resolution, and
 /// is still when the step begins.
 ///
 /// # Shapes and units
 /// Field rows; `stiffness` is what a difference in film of 1 adds to a velocity in a step.
-pub fn drive(u: &[f32], v: &[f32], film: &FilmRows<'_>, stiffness: f32, run: Run) -> i32 {
+pub fn drive(u: &[f32], v: &[f32], film: &FilmRows<'_>, stiffness: f32, run: Run) -> [i32; 2] {
     drive_kernel(u, v, film, stiffness, run)
 }
 
@@ -132,20 +132,23 @@ pub struct FilmRows<'a> {
 }
 
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn drive_kernel(u: &[f32], v: &[f32], film: &FilmRows<'_>, stiffness: f32, run: Run) -> i32 {
+fn drive_kernel(u: &[f32], v: &[f32], film: &FilmRows<'_>, stiffness: f32, run: Run) -> [i32; 2] {
     let (first, n) = (run.first, run.len());
     let (u, v) = (&u[first..][..n], &v[first..][..n]);
     let (p, p_above) = (&film.film[first - 1..][..n + 1], &film.film_above[first..][..n]);
     let (m, m_above) = (&film.mask[first - 1..][..n + 1], &film.mask_above[first..][..n]);
-    let mut fastest = 0;
+    let (mut fastest, mut driven) = (0, 0);
     for i in 0..n {
-        let across = u[i].abs() + stiffness * (p[i + 1] - p[i]).abs();
-        let down = v[i].abs() + stiffness * (p[i + 1] - p_above[i]).abs();
+        // Faces beside dry cells are still.
+        let (along, upright) = (u[i].abs(), v[i].abs());
+        let across = along + stiffness * (p[i + 1] - p[i]).abs();
+        let down = upright + stiffness * (p[i + 1] - p_above[i]).abs();
         let across = if m[i] & m[i + 1] != 0 { across } else { 0.0 };
         let down = if m_above[i] & m[i + 1] != 0 { down } else { 0.0 };
-        fastest = fastest.max(across.to_bits() as i32).max(down.to_bits() as i32);
+        fastest = fastest.max(along.to_bits() as i32).max(upright.to_bits() as i32);
+        driven = driven.max(across.to_bits() as i32).max(down.to_bits() as i32);
     }
-    fastest
+    [fastest, driven]
 }
 
 /// Products of the two velocities at the corners above and before each cell of one row, the last corner included.

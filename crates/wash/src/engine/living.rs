@@ -15,14 +15,14 @@ use crate::state::{Ledger, WashState};
 #[derive(Debug)]
 pub struct LivingRun {
     pub pools: Pools,
-    /// Bits of the largest speed that film may drive in the step to come, if its slope term is already added.
-    begun: Option<i32>,
+    /// What was found of the step to come, if its slope term is already added.
+    begun: Option<Found>,
 }
 
 /// Passes over the pores that go with the pigment's.
 const MOST_PORE_PASSES_WITH_PIGMENT: usize = 2;
 
-/// What begins a step: notes the largest speed that film may drive in it.
+/// What begins a step: notes the largest speed, and the largest that film may drive in it.
 const BEGINNING: [Stage; 2] = [Stage::Mobility, Stage::AddSlope];
 
 impl LivingRun {
@@ -89,15 +89,15 @@ impl LivingRun {
             let after = self.pools.pass(task, &diffusion);
             found = found.with(after);
         }
-        self.begun = is_unbroken.then_some(found.speed);
         // 6: the contact line.
         for _ in 0..advances {
             self.pools.creep(task, living);
         }
-        let dried = self.pools.dry(task, living, found.thinnest, advances > 0);
+        let dried = self.pools.dry(task, living);
         self.pools.look_again(task, state);
         let film = (water.evaporated + dried) as f64 / QUANTA;
         let pores = found.pores_evaporated as f64 / QUANTA * f64::from(living.pore_depth);
+        self.begun = is_unbroken.then_some(found);
         ledger.evaporated += (film + pores) / (living.scale * living.scale);
         Ok(iterations)
     }
@@ -112,8 +112,8 @@ impl LivingRun {
         /// More sub-steps are not made for the sake of what pressure may do: the speed limit holds it.
         const MOST_FOR_PRESSURE: f32 = 64.0;
         let begun = self.begun.take();
-        let drive = begun.unwrap_or_else(|| self.pools.pass(task, &BEGINNING).speed);
-        let drive = f32::from_bits(drive as u32);
+        let begun = begun.unwrap_or_else(|| self.pools.pass(task, &BEGINNING));
+        let [drive, fastest] = [begun.drive, begun.speed].map(|bits| f32::from_bits(bits as u32));
         let capped = if drive > MOST_FOR_PRESSURE { MOST_FOR_PRESSURE } else { drive };
         let viscosity = 4.0 * task.momentum.viscosity;
         // Not f32::max: a value that is no number must be seen.
@@ -121,7 +121,7 @@ impl LivingRun {
         let n = substeps(speed.to_bits() as i32)?;
         let dt = 1.0 / n as f32;
         let relaxation = |fastest: f32| Relaxation::new(living.compressibility, fastest, living.scale);
-        if n == 1 && living.stays_slow(drive, task.momentum.viscosity) {
+        if n == 1 && living.stays_slow(drive, fastest, task.momentum.viscosity) {
             // However the flow turns out, it does not change the relaxation.
             let found = self.relax(task, &relaxation(0.0), living.widenings, &[Stage::AdvanceAlone(dt)]);
             return Ok(found_after(relaxation(0.0), found));
@@ -163,12 +163,13 @@ fn found_after(relaxation: Relaxation, found: Found) -> (u32, Found) {
 }
 
 impl LivingTask {
-    /// Whether flow that film may drive at `drive` cells a step, in one sub-step, stays too slow to change the
-    /// compressibility.
-    fn stays_slow(&self, drive: f32, viscosity: f32) -> bool {
-        // No face is faster than `drive`, pressure included. The squares differ by at most (2 drive)² / 4, the two corner
-        // products by 2 drive², and the Laplacian is at most 8 drive; the factor covers rounding.
-        let bound = (drive + 3.0 * drive * drive + 8.0 * viscosity * drive) * 1.0001;
+    /// Whether flow of at most `fastest` cells a step, which film may drive at `drive`, in one sub-step stays too slow to
+    /// change the compressibility.
+    fn stays_slow(&self, drive: f32, fastest: f32, viscosity: f32) -> bool {
+        // A face keeps some of its speed, since one sub-step is enough for this viscosity; with what film adds that is at most
+        // `drive`. Its neighbours give it 4 viscosity · fastest. The squares differ by at most (2 fastest)² / 4, the two
+        // corner products by 2 fastest². The factor covers rounding.
+        let bound = (drive + 4.0 * viscosity * fastest + 3.0 * fastest * fastest) * 1.0001;
         let raised = Relaxation::new(self.compressibility, bound, self.scale).compressibility;
         raised == self.compressibility as f32
     }

@@ -6,6 +6,7 @@ mod fine;
 use std::ops::Range;
 
 use girtin_grid::{Field, Layout};
+use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::Task;
@@ -59,9 +60,8 @@ pub struct Pool {
 struct LivingFields {
     mobility_u: Field<f32>,
     mobility_v: Field<f32>,
-    /// Used in steps of several sub-steps.
-    keep_u: Field<f32>,
-    keep_v: Field<f32>,
+    /// What faces keep in a sub-step; made for the first step of several.
+    keep: Option<[Field<f32>; 2]>,
     cover: Field<f32>,
     /// What the slope term sees, if not the height itself.
     slope_height: Option<Field<f32>>,
@@ -104,32 +104,48 @@ pub fn reach(state: &WashState, task: &Task) -> Region {
     if task.pores.is_none() {
         return Region::of(&state.wet_mask, |wet| wet != 0);
     }
-    Region::of(&damp_cells(state), |damp| damp != 0)
+    region_of_damp(&damp_cells(state))
 }
 
-/// 1 where there is film or pore water.
+fn region_of_damp(damp: &Field<u8>) -> Region {
+    Region::of(damp, |damp| damp & DAMP != 0)
+}
+
+/// [`DAMP`] and [`EVER_DAMP`] where there is film or pore water.
 fn damp_cells(state: &WashState) -> Field<u8> {
     let mut damp = Field::<u8>::zeroed(state.layout());
     for row in state.layout().rows() {
         let (wet, pores) = (state.wet_mask.row(row), state.saturation.row(row));
+        // Pages of dry paper stay untouched.
         if wet.iter().all(|&wet| wet == 0) && pores.iter().all(|&s| s == 0.0) {
             continue;
         }
-        for ((damp, &wet), &s) in damp.row_mut(row).iter_mut().zip(wet).zip(pores) {
-            *damp = u8::from(wet != 0 || s != 0.0);
-        }
+        put_damp(damp.row_mut(row), wet, pores);
     }
     damp
+}
+
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn put_damp(damp: &mut [u8], wet: &[u8], pores: &[f32]) {
+    let n = damp.len();
+    let (wet, pores) = (&wet[..n], &pores[..n]);
+    for i in 0..n {
+        damp[i] = if (wet[i] != 0) | (pores[i] != 0.0) { DAMP | EVER_DAMP } else { 0 };
+    }
 }
 
 impl Pool {
     /// Finds where in the pool the water is; `slope_height` is what the slope term sees, if not the height.
     pub fn new(state: WashState, slope_height: Option<Field<f32>>, task: &Task, threads: usize) -> Self {
-        let damp = if task.pores.is_some() { reach(&state, task) } else { Region::empty() };
+        // Pigment over coarser water has no pores, but is living all the same.
+        let cells = (task.pores.is_some() || task.living.is_some()).then(|| damp_cells(&state));
+        let damp = cells.as_ref().filter(|_| task.pores.is_some()).map_or_else(Region::empty, region_of_damp);
         let wet = Region::of(&state.wet_mask, |wet| wet != 0);
         let outflow = outflow_of(&state, task, threads);
         let ground = Ground::canvas(state.layout());
-        Self::over(state, ground, outflow, slope_height, task, threads, [wet, damp])
+        let living = task.living.is_some().then_some(cells).flatten();
+        let living = living.map(|damp| LivingFields::new(damp, slope_height));
+        Self::over(state, ground, outflow, living, task, threads, [wet, damp])
     }
 
     /// All water of a canvas without dry paper between it; its edge must stay as it is.
@@ -173,21 +189,21 @@ impl Pool {
         let canvas = Region::whole(state.layout());
         let outflow = outflow_of(&state, task, 1);
         let ground = Ground::canvas(state.layout());
+        let living = task.living.as_ref().map(|_| LivingFields::new(damp_cells(&state), slope_height));
         let regions = [canvas.clone(), canvas];
-        Self { is_reference: true, ..Self::over(state, ground, outflow, slope_height, task, 1, regions) }
+        Self { is_reference: true, ..Self::over(state, ground, outflow, living, task, 1, regions) }
     }
 
     fn over(
         state: WashState,
         ground: Ground,
         outflow: Outflow,
-        slope_height: Option<Field<f32>>,
+        living: Option<LivingFields>,
         task: &Task,
         threads: usize,
         [wet, damp]: [Region; 2],
     ) -> Self {
         let bands = bands(threads);
-        let living = task.living.as_ref().map(|_| LivingFields::new(&state, slope_height));
         let (wet_cuts, damp_cuts, scratch) = (Vec::new(), Vec::new(), Vec::new());
         let halos = Halos::default();
         let mut pool = Self {
@@ -242,8 +258,11 @@ impl Pool {
         }
     }
 
-    /// Raises the bound on the slope term to that of the row's faces.
+    /// Raises the bound on the slope term to that of the row's faces; the living wash needs none.
     fn note_slope(&mut self, task: &Task, row: usize) {
+        if task.living.is_some() {
+            return;
+        }
         let height = self.state.height.values();
         for Window { run, above, here, len, .. } in self.ground.windows(&self.wet, row) {
             let (above, here) = (&height[above..][..len], &height[here..][..len]);
@@ -280,9 +299,6 @@ impl Pool {
             share_all(&mut state.suspended, ground, cuts, &mut halos.suspended, halo(Changes::SUSPENDED));
         let mut deposited =
             share_all(&mut state.deposited, ground, cuts, &mut halos.deposited, halo(Changes::DEPOSITED));
-        let has_keep = stages
-            .iter()
-            .any(|stage| matches!(stage, Stage::Keep(_) | Stage::Advance(_) | Stage::AdvanceAlone(_)));
         let mut slope_height = None;
         let mut living_rows = self.living.as_mut().zip(task.living.as_ref()).map(|(fields, task)| {
             let [mobility_u, mobility_v] = &mut halos.mobility;
@@ -290,17 +306,23 @@ impl Pool {
             let (mobility, keep) = (halo(Changes::MOBILITY), halo(Changes::KEEP));
             slope_height = fields.slope_height.as_ref();
             let facts = &fields.facts;
+            if keep.is_some() {
+                let layout = fields.cover.layout();
+                fields.keep.get_or_insert_with(|| [(); 2].map(|()| Field::zeroed(layout)));
+            }
             let mobility_u = share(&mut fields.mobility_u, ground, cuts, mobility_u, mobility);
             let mobility_v = share(&mut fields.mobility_v, ground, cuts, mobility_v, mobility);
-            let keep_u = share(&mut fields.keep_u, ground, cuts, keep_u, keep);
-            let keep_v = share(&mut fields.keep_v, ground, cuts, keep_v, keep);
+            let mut kept = fields.keep.as_mut().map(|[u, v]| {
+                let kept_v = share(v, ground, cuts, keep_v, keep);
+                share(u, ground, cuts, keep_u, keep).into_iter().zip(kept_v)
+            });
             let cover = share(&mut fields.cover, ground, cuts, &mut halos.cover, halo(Changes::COVER));
-            let bands = mobility_u.into_iter().zip(mobility_v).zip(keep_u.into_iter().zip(keep_v)).zip(cover);
-            bands.map(move |(((mobility_u, mobility_v), (keep_u, keep_v)), cover)| LivingRows {
+            let bands = mobility_u.into_iter().zip(mobility_v).zip(cover);
+            bands.map(move |((mobility_u, mobility_v), cover)| LivingRows {
                 task,
                 mobility_u,
                 mobility_v,
-                keep: has_keep.then_some([keep_u, keep_v]),
+                keep: kept.as_mut().and_then(Iterator::next).map(|(u, v)| [u, v]),
                 cover,
                 facts,
             })
@@ -387,19 +409,13 @@ impl Pool {
 }
 
 impl LivingFields {
-    fn new(state: &WashState, slope_height: Option<Field<f32>>) -> Self {
-        let layout: Layout = state.layout();
+    fn new(damp: Field<u8>, slope_height: Option<Field<f32>>) -> Self {
+        let layout: Layout = damp.layout();
         let field = || Field::<f32>::zeroed(layout);
-        let mut damp = damp_cells(state);
-        for row in layout.rows() {
-            // Read before writing: pages of untouched paper stay untouched.
-            damp.row_mut(row).iter_mut().filter(|damp| **damp != 0).for_each(|damp| *damp = DAMP | EVER_DAMP);
-        }
         Self {
             mobility_u: field(),
             mobility_v: field(),
-            keep_u: field(),
-            keep_v: field(),
+            keep: None,
             cover: field(),
             slope_height,
             facts: RowFacts::new(layout.rows().end + 2),

@@ -278,8 +278,8 @@ impl Pools {
     }
 
     /// Dries cells whose film is gone; returns the water that evaporated with it, quanta.
-    pub fn dry(&mut self, task: &Task, living: &LivingTask, thinnest: i32, has_crept: bool) -> i64 {
-        self.each(|pool| pool.dry(task, living, thinnest, has_crept)).into_iter().sum()
+    pub fn dry(&mut self, task: &Task, living: &LivingTask) -> i64 {
+        self.each(|pool| pool.dry(task, living)).into_iter().sum()
     }
 
     /// After a step: follows what became wet or dry. The pools are made anew where water has moved too far.

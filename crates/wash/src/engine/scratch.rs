@@ -5,10 +5,14 @@ use std::ops::Range;
 use girtin_grid::Aligned;
 
 use super::ground::{BEFORE, Ground};
+use super::pipeline::ROWS_AT_ONCE;
 use super::rows::Rows;
 use crate::carry_packed::FluxRows;
 use crate::move_film::ShareRows;
 use crate::region::{Region, Run};
+
+/// Rows that are kept between a stage and the next two: those that it does at once, and what is still read behind them.
+const ROWS_BETWEEN: usize = (ROWS_AT_ONCE + 3).next_power_of_two();
 
 /// No row has this number.
 const NONE: usize = usize::MAX;
@@ -128,13 +132,23 @@ pub struct SolveScratch {
 pub struct ShareScratch {
     pub share: Recent,
     /// Whether any share of a row is below 1; if none is, the row is not written.
-    pub is_short: [bool; 4],
+    is_short: [bool; ROWS_BETWEEN],
 }
 
 impl ShareScratch {
+    /// Whether any share of a row that was found lately is below 1.
+    pub fn is_short(&self, row: usize) -> bool {
+        self.is_short[row % ROWS_BETWEEN]
+    }
+
+    /// Notes whether any is.
+    pub fn note_short(&mut self, row: usize, is_short: bool) {
+        self.is_short[row % ROWS_BETWEEN] = is_short;
+    }
+
     /// Shares of a row and its neighbours.
     pub fn around<'a>(&'a self, row: usize, ones: &'a [f32]) -> ShareRows<'a> {
-        let of = |row: usize| if self.is_short[row & 3] { self.share.row(row) } else { ones };
+        let of = |row: usize| if self.is_short(row) { self.share.row(row) } else { ones };
         ShareRows { above: of(row - 1), here: of(row), below: of(row + 1) }
     }
 }
@@ -315,16 +329,17 @@ impl Scratch {
         if iterations > 0 {
             let SolveScratch { divergence, q } = &mut self.solve;
             // The divergence of a row is asked for until the last iteration has passed it.
-            let lag = iterations + 2;
+            let lag = iterations + 1 + ROWS_AT_ONCE;
             if divergence.as_ref().is_none_or(|divergence| divergence.rows.len() < lag) {
                 *divergence = Some(Recent::new(self.stride, lag));
             }
             while q.len() <= iterations {
-                q.push(Recent::new(self.stride, 4));
+                q.push(Recent::new(self.stride, ROWS_BETWEEN));
             }
         }
         while self.shares.len() <= widenings {
-            self.shares.push(ShareScratch { share: Recent::new(self.stride, 4), is_short: [true; 4] });
+            let share = Recent::new(self.stride, ROWS_BETWEEN);
+            self.shares.push(ShareScratch { share, is_short: [true; ROWS_BETWEEN] });
         }
     }
 

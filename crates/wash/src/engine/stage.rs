@@ -11,7 +11,8 @@ use crate::relax_implicitly::Iteration;
 /// rest the living wash's.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Stage {
-    /// Adds the paper's slope to the velocities, and notes the largest speed.
+    /// Adds the paper's slope to the velocities, and notes the largest speed; the living wash also as far as film can drive
+    /// it.
     AddSlope,
     /// Adds the paper's slope to the velocities, and notes nothing.
     AddSlopeAlone,

@@ -68,8 +68,10 @@ impl Place {
 /// What the stages of a pass noted; nothing of it depends on an order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Found {
-    /// Bits of the largest speed, after the slope or as far as film can drive it in the step.
+    /// Bits of the largest speed after the slope.
     pub speed: i32,
+    /// Bits of the largest speed as far as film can drive it in the step.
+    pub drive: i32,
     /// Bits of the largest speed after a sub-step.
     pub advanced: i32,
     /// Bits of the largest correction of each of a pass's sweeps.
@@ -96,6 +98,7 @@ impl Default for Found {
     fn default() -> Self {
         Self {
             speed: 0,
+            drive: 0,
             advanced: 0,
             corrections: [0; 2],
             next_correction: 0,
@@ -119,6 +122,7 @@ impl Found {
         self.grown_rows.extend(other.grown_rows);
         Self {
             speed: self.speed.max(other.speed),
+            drive: self.drive.max(other.drive),
             advanced: self.advanced.max(other.advanced),
             corrections: [0, 1].map(|i| self.corrections[i].max(other.corrections[i])),
             next_correction: self.next_correction.max(other.next_correction),

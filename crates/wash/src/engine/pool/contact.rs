@@ -11,7 +11,7 @@ use crate::engine::stage::Stage;
 use crate::engine::{LivingTask, Task};
 use crate::evaporate::QUANTA;
 use crate::flow_outward::Edge;
-use crate::region::Run;
+use crate::region::{Run, first_where};
 use crate::simulate_capillary_flow::Pores;
 use crate::state::{WashState, still_faces};
 
@@ -68,7 +68,7 @@ impl Pool {
         let Some(living) = &self.living else { return };
         for row in rows {
             let mask = self.state.wet_mask.row(row);
-            let is_full = |run: &Run| mask[run.first..run.end].iter().all(|&wet| wet != 0);
+            let is_full = |run: &Run| first_where(mask, run.first..run.end, |wet| wet == 0) == run.end;
             living.facts.note_full(row, self.damp.runs(row).iter().all(is_full));
         }
     }
@@ -156,13 +156,8 @@ impl Pool {
     }
 
     /// Cells whose film is gone leave the wet paper; returns the water that evaporated with it, quanta.
-    ///
-    /// `thinnest` are the bits of the thinnest film; with `has_crept` it is not known.
-    pub fn dry(&mut self, task: &Task, living_task: &LivingTask, thinnest: i32, has_crept: bool) -> i64 {
-        // No paper is higher than 1.
-        let is_thin =
-            has_crept || (thinnest as i64) < i64::from(living_task.vanishing.thinnest.to_bits() as i32);
-        let Some(pores) = task.pores.as_ref().filter(|_| is_thin) else { return 0 };
+    pub fn dry(&mut self, task: &Task, living_task: &LivingTask) -> i64 {
+        let Some(pores) = &task.pores else { return 0 };
         let gone = self.vanished(living_task.vanishing);
         let mut lost = 0;
         for &[row, x] in &gone {

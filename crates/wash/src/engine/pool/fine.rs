@@ -3,7 +3,7 @@
 use girtin_grid::Layout;
 use rayon::prelude::*;
 
-use super::{Pool, STEPS_TO_SHRINK};
+use super::{LivingFields, Pool, STEPS_TO_SHRINK};
 use crate::dry::{Vanishing, vanished};
 use crate::engine::Task;
 use crate::engine::stages::refine::CoarseWater;
@@ -32,6 +32,7 @@ impl Pool {
     /// The cells whose film is gone.
     pub fn vanished(&self, vanishing: Vanishing) -> Vec<[usize; 2]> {
         let WashState { wet_mask, pressure, height, .. } = &self.state;
+        let Some(LivingFields { facts, .. }) = &self.living else { return Vec::new() };
         let look = |row: usize| {
             let film = AroundRows {
                 above: pressure.row(row - 1),
@@ -47,11 +48,13 @@ impl Pool {
             }
             gone.into_iter().map(move |x| [row, x])
         };
-        let rows = self.wet.active();
-        if self.is_banded() {
+        // No paper is higher than 1.
+        let is_deep = |row: &usize| facts.thinnest(*row) >= vanishing.thinnest;
+        let rows: Vec<usize> = self.wet.active().filter(|row| !is_deep(row)).collect();
+        if self.is_banded() && rows.len() > 1 {
             rows.into_par_iter().flat_map_iter(look).collect()
         } else {
-            rows.flat_map(look).collect()
+            rows.into_iter().flat_map(look).collect()
         }
     }
 

@@ -70,7 +70,7 @@ impl World<'_> {
             self.found.outflow = self.found.outflow.max(fastest);
             is_short |= short;
         }
-        kept.is_short[row & 3] = is_short;
+        kept.note_short(row, is_short);
     }
 
     pub fn widen_share(&mut self, row: usize, number: usize, compressibility: f32) {
@@ -79,8 +79,8 @@ impl World<'_> {
         let (before, now) = self.scratch.shares.split_at_mut(number);
         let (before, now) = (&before[number - 1], &mut now[0]);
         // Where no cell of the row fell short none does when more flows in.
-        let is_short = before.is_short[row & 3];
-        now.is_short[row & 3] = is_short;
+        let is_short = before.is_short(row);
+        now.note_short(row, is_short);
         if !is_short {
             return;
         }
@@ -94,7 +94,7 @@ impl World<'_> {
         let runs = self.wet_runs(row);
         let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         let kept = &self.scratch.shares[widenings];
-        let is_limited = (row - 1..=row + 1).any(|row| kept.is_short[row & 3]);
+        let is_limited = (row - 1..=row + 1).any(|row| kept.is_short(row));
         let shares = kept.around(row, &self.scratch.ones);
         for &run in runs {
             let shares = is_limited.then_some(&shares);

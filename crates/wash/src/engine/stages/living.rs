@@ -108,7 +108,6 @@ impl World<'_> {
         let runs = self.wet_runs(row);
         let (Some(living), Some(pores)) = (&self.living, &self.task.pores) else { return };
         if living.facts.is_quiet(row) {
-            self.found.thinnest = self.found.thinnest.min(living.facts.thinnest(row).to_bits() as i32);
             return;
         }
         let (height, mask) = (self.height.row(row), self.mask.row(row));
@@ -120,7 +119,6 @@ impl World<'_> {
             thinnest = thinnest.min(of_run);
             has_room |= roomy;
         }
-        self.found.thinnest = self.found.thinnest.min(thinnest);
         if self.own.contains(&row) {
             living.facts.note_thinnest(row, thinnest);
             if has_room {

@@ -65,7 +65,9 @@ impl World<'_> {
                         mask_above: self.mask.at(above, len),
                         mask: self.mask.at(here, len),
                     };
-                    drive(u, v, &film, living.stiffness, run)
+                    let [speed, drive] = drive(u, v, &film, living.stiffness, run);
+                    self.found.drive = self.found.drive.max(drive);
+                    speed
                 }
             };
             self.found.speed = self.found.speed.max(speed);
