@@ -7,8 +7,9 @@
 //!   fluid;
 //! - [`tone`]: a watercolor's tones; [`palette`]: pigments that mix its colors; [`separate`]: how much of each;
 //! - [`study`]: all that is known of the photograph before the first wash; `reserves`: what of the sheet stays bare;
-//! - `washes`: what is asked of the first wash, and of the last; `walls`: where its shapes keep apart; `load`: what is
-//!   missing on the sheet as the washes below dried, and how much water and pigment are laid for it;
+//! - `washes`: what is asked of the first wash, and of the last; `walls`: where its shapes keep apart; `intent`: what
+//!   it is to look like; `load`: what of that is missing on the sheet as the washes below dried, and how much water and
+//!   pigment are laid for it;
 //! - [`painter`]: wash by wash, until the painting is done.
 //!
 //! And for whoever has pigments in order and regions, or wants to cut them out:
@@ -31,6 +32,7 @@ pub mod study;
 mod reserves;
 mod washes;
 mod walls;
+mod intent;
 mod load;
 pub mod painter;
 

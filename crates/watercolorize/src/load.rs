@@ -6,29 +6,16 @@ use girtin_grid::morphology::dilated;
 use girtin_grid::resize::{resized, resized_plane};
 use girtin_optics::LinearRgb;
 
-use crate::accidents::{noise, plane, smoothstep};
+use crate::accidents::{plane, smoothstep};
+use crate::intent::{Intent, lacking, mixed};
 use crate::lines::warped;
-use crate::regions::{self, Regions, cleaned, colored, voted_as_seen};
+use crate::regions::{Regions, cleaned, colored, voted_as_seen};
 use crate::separate::{Limits, MOST, Paints, in_lab, separated};
 use crate::study::{Colors, Plane, Study};
-use crate::tone::lifted;
-use crate::walls::Walls;
 use crate::washes::WashPlan;
 
 /// Film that dry pores drink, on average: the living wash's pore depth times its mean capacity.
 const DRUNK: f32 = 0.18;
-
-/// A tier of tones, a part of the photograph's range of lightness; where between two the one rises to the other, and how far
-/// its border strays, parts of a tier.
-const TIER: f32 = 0.14;
-const RISE: [f32; 2] = [0.34, 0.66];
-const STRAY: f32 = 0.35;
-
-/// How far charging lets the hue drift, Lab.
-const CHARGE: f64 = 2.8;
-
-/// How much of `stepping` goes into tiers.
-const TIERED: f32 = 1.2;
 
 /// A wash ready to be laid.
 pub struct Load {
@@ -58,64 +45,32 @@ pub struct Planner<'a> {
 
 impl Planner<'_> {
     /// Plans a wash on the sheet as it is; `None` if nothing is missing.
-    pub fn plan(&self, plan: &WashPlan, index: usize, lightest: f32, before: f32) -> Option<Load> {
+    pub fn plan(&self, plan: &WashPlan, index: usize, intent: &Intent) -> Option<Load> {
         let (params, [width, height]) = (self.study.params, self.study.mount.size);
-        let stage = |name: &str| format!("{name} {index}");
-        let freedom = params.freedom() as f32;
-        let source = &self.study.abstractions[(plan.abstraction + 0.5) as usize];
-        let steps = regions::steps(source, self.study.cells(0.008));
-        let (walls, mut wanted) = rayon::join(
-            || Walls::find(self.study, plan, source, &steps),
-            || self.wanted(plan, index, lightest),
-        );
+        let Intent { walls, stray, hardness, flat, .. } = intent;
         let open = Raster::by_rows(width, height, |x, y| {
             u8::from(self.study.inside.at(x, y) > 0.0 && self.study.bare.at(x, y) == 0)
         });
         let under = self.seen(&walls.regions, &open);
         let under_lab = in_lab(&under);
-        let even = within(&wanted, &walls.regions, self.study.cells(plan.flat_over));
-        wanted = Raster::by_rows(width, height, |x, y| {
-            let exact = self.study.exact.at(x, y);
-            let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
-            let flat = flat * (1.0 - 0.8 * smoothstep(steps.at(x, y), 8.0, 20.0));
-            let graded = self.study.graded(x, y);
-            let flat = flat * (1.0 - 0.7 * graded);
-            let mut wanted = mixed(wanted.at(x, y), even.at(x, y), flat);
-            let stepping = (TIERED * params.stepping as f32).min(1.0);
-            wanted[0] += stepping * graded * (1.0 - exact) * (self.tiered(wanted[0], x, y) - wanted[0]);
-            let left = if index > 0 { params.economy as f32 * freedom * (1.0 - exact) } else { 0.0 };
-            mixed(wanted, under_lab.at(x, y), left.min(1.0) * (1.0 - graded))
+        let economy = if index > 0 { (params.economy * params.freedom()) as f32 } else { 0.0 };
+        let wanted = Raster::by_rows(width, height, |x, y| {
+            let left = (economy * (1.0 - self.study.exact.at(x, y))).min(1.0);
+            mixed(intent.wanted.at(x, y), under_lab.at(x, y), left * (1.0 - self.study.graded(x, y)))
         });
-        let missing = Raster::by_rows(width, height, |x, y| lacking(wanted.at(x, y), under_lab.at(x, y)));
-        let flat = steps.map(|step| 1.0 - smoothstep(step, 3.0, 8.0));
-        let flat = gaussian_plane(&flat, self.study.cells(0.006));
-        self.charge(&mut wanted);
-        // One displacement for colors and shapes alike: the slight misregister of glazes.
-        let first = if index == 0 { 1.5 } else { 1.0 };
-        let amplitude = (self.study.cells(0.0020) * params.wobble * first) as f32;
-        let stray =
-            noise::<2>(self.study.seed, &stage("wobble"), self.study.mount.size, self.study.cells(0.025));
-        let stray = Raster::by_rows(width, height, |x, y| {
-            stray.at(x, y).map(|by| by * amplitude * (1.0 - 0.9 * self.study.exact.at(x, y)))
-        });
-        let hardness = self.study.hardness(&steps);
         let shapes = if index == 0 {
             open.clone()
         } else {
-            let meant = Raster::by_rows(width, height, |x, y| {
-                let wanted = wanted.at(x, y);
-                lacking(wanted, lifted(wanted, before))
-            });
-            let missing = self.calmed(&missing, &meant, &walls.regions, &flat);
-            self.shapes(plan, index, &missing, &flat, &walls.regions, &stray, &open)
+            let missing = Raster::by_rows(width, height, |x, y| lacking(wanted.at(x, y), under_lab.at(x, y)));
+            let missing = self.calmed(&missing, &intent.meant, &walls.regions, flat);
+            self.shapes(plan, index, &missing, flat, &walls.regions, stray, &open)
         };
         if shapes.as_slice().iter().all(|&shape| shape == 0) {
             return None;
         }
-        let walls = walls.warped(&stray);
-        let (painted, softness) = self.softened(plan, &shapes, &hardness, &open, index);
-        let numbered = colored(&walls.regions, &painted);
-        let photo = warped(&self.study.photo, &stray);
+        let (painted, softness) = self.softened(plan, &shapes, hardness, &open, index);
+        let numbered = colored(&intent.strayed.regions, &painted);
+        let photo = warped(&self.study.photo, stray);
         let (mut shapes_of, mut edges) =
             voted_as_seen(&numbered, &photo, self.study.cells(0.6 * plan.rounding).max(0.8));
         let cells = shapes_of.as_mut_slice().iter_mut().zip(edges.as_mut_slice()).zip(open.as_slice());
@@ -123,58 +78,12 @@ impl Planner<'_> {
             *cell.1 = if *cell.0 == 0 { *cell.1 } else { 0.0 };
             *cell.0 = 0;
         });
-        walls.open(&shapes_of, &mut edges);
-        let amounts = self.amounts(plan, &wanted, &under, &shapes, &shapes_of, &stray, &softness, index);
+        intent.strayed.open(&shapes_of, &mut edges);
+        let amounts = self.amounts(plan, &wanted, &under, &shapes, &shapes_of, stray, &softness, index);
         let moist = gaussian_plane(&softness, self.study.cells(0.012));
         let moist = moist.map(|soft| 1.2 * soft * params.wetness.min(1.5) as f32);
-        let water = self.water(plan, &hardness, &moist, index);
+        let water = self.water(plan, hardness, &moist, index);
         Some(Load { shapes: shapes_of, edges, amounts, water, moist })
-    }
-
-    /// What a wash is to look like, before the sheet below is looked at.
-    fn wanted(&self, plan: &WashPlan, index: usize, lightest: f32) -> Colors {
-        let (low, part) = (plan.abstraction as usize, plan.abstraction.fract() as f32);
-        let last = self.study.abstractions.len() - 1;
-        let (a, b) = (&self.study.abstractions[low.min(last)], &self.study.abstractions[(low + 1).min(last)]);
-        let mut wanted = Raster::by_rows(a.width(), a.height(), |x, y| {
-            let (a, b) = (a.at(x, y), b.at(x, y));
-            let color = self.study.tones.of([0, 1, 2].map(|c: usize| a[c] + part * (b[c] - a[c])));
-            if plan.level > 0.0 { lifted(color, lightest) } else { color }
-        });
-        let wetness = self.study.params.wetness;
-        let soft = if index == 0 { 0.012 * wetness } else { 0.002 * (wetness - 1.0).max(0.0) };
-        if soft > 0.0 {
-            let blurred = gaussian(&wanted, self.study.cells(soft));
-            let share = if index == 0 { 0.4 } else { 1.0 };
-            let cells = wanted.as_mut_slice().iter_mut().zip(blurred.as_slice());
-            cells.for_each(|(cell, soft)| *cell = mixed(*cell, *soft, share));
-        }
-        wanted
-    }
-
-    /// A lightness on its way to one of a few tiers, as tones of what is soft are laid wash over wash; their borders stray.
-    fn tiered(&self, light: f32, x: usize, y: usize) -> f32 {
-        let tier = TIER * self.study.tones.range;
-        let stray = STRAY * tier * self.study.stray_tone.at(x, y);
-        let place = (light + stray) / tier;
-        let low = libm::floorf(place);
-        tier * (low + smoothstep(place - low, RISE[0], RISE[1])) - 0.5 * stray
-    }
-
-    /// Lets the hue drift, the same way in every wash, or the later ones would take back what the first ones did.
-    fn charge(&self, wanted: &mut Colors) {
-        let params = self.study.params;
-        let charge = (CHARGE * params.charging * params.freedom().min(1.0)) as f32;
-        let cells = wanted.as_mut_slice().iter_mut().zip(self.study.drift.as_slice());
-        for ((cell, drift), exact) in cells.zip(self.study.exact.as_slice()) {
-            // Gray is charged with hardly any color, or it turns to mottle; darks are alive with it.
-            let colorful = 0.1 + 0.9 * smoothstep(libm::hypotf(cell[1], cell[2]), 4.0, 18.0);
-            let dark = 1.3 * (1.0 - smoothstep(cell[0], 18.0, 45.0));
-            let light = smoothstep(100.0 - cell[0], 3.0, 20.0);
-            let much = charge * colorful.max(dark) * (1.0 - 0.85 * exact) * light;
-            cell[1] += much * drift[0];
-            cell[2] += much * drift[1];
-        }
     }
 
     /// The sheet as the plan sees it: half blind away from detail, so that it does not repair the accidents of the washes
@@ -354,16 +263,4 @@ impl Planner<'_> {
             (film * hard * exact * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)
         })
     }
-}
-
-/// How much is missing from a color to a darker or other one, Lab.
-fn lacking(wanted: [f32; 3], under: [f32; 3]) -> f32 {
-    let chroma = libm::hypotf(under[1] - wanted[1], under[2] - wanted[2]);
-    // What is to be lighter cannot be mended: graying it would only darken it more.
-    let mended = 1.0 - smoothstep(wanted[0] - under[0], 2.0, 12.0);
-    (under[0] - wanted[0]).max(0.0) + 0.35 * chroma * mended
-}
-
-fn mixed(a: [f32; 3], b: [f32; 3], part: f32) -> [f32; 3] {
-    [0, 1, 2].map(|c| a[c] + part * (b[c] - a[c]))
 }

@@ -18,6 +18,7 @@ use girtin_wash::{LivingParams, WashModel};
 use rayon::prelude::*;
 
 use crate::accidents::plane;
+use crate::intent::Intent;
 use crate::load::{Load, Planner};
 use crate::mount::{Mount, Mounting, PAPER, stored};
 use crate::palette::{choose, clusters};
@@ -194,23 +195,30 @@ impl<'a> Painter<'a> {
 
     fn paint(mut self) -> Result<Painting, PhotoError> {
         let count = self.request.params.washes as usize;
-        for index in 0..count {
-            let part = |of: f64| 0.15 + 0.85 * (index as f64 + of) / count as f64;
+        let tones = self.study.tones;
+        let plans: Vec<WashPlan> = (0..count).map(|index| WashPlan::of(index, count)).collect();
+        // None of this waits for a sheet to dry, and much of it goes one cell after the other: all washes at once.
+        let intents: Vec<Intent> = (0..count)
+            .into_par_iter()
+            .map(|index| {
+                let lightest = |plan: &WashPlan| tones.darks + tones.range * plan.level;
+                let before = index.checked_sub(1).map_or(100.0, |before| lightest(&plans[before]));
+                Intent::new(&self.study, &plans[index], index, lightest(&plans[index]), before)
+            })
+            .collect();
+        for (index, (plan, intent)) in plans.iter().zip(intents).enumerate() {
+            let part = |of: f64| 0.25 + 0.75 * (index as f64 + of) / count as f64;
             self.say(Stage::Planning(index), part(0.0))?;
-            let plan = WashPlan::of(index, count);
             let planner = Planner {
                 study: &self.study,
                 paper: &self.sheet.height,
                 current: &self.current,
                 paints: &self.paints,
             };
-            let tones = self.study.tones;
-            let lightest = |plan: &WashPlan| tones.darks + tones.range * plan.level;
-            let before = index.checked_sub(1).map_or(100.0, |before| lightest(&WashPlan::of(before, count)));
-            let load = planner.plan(&plan, index, lightest(&plan), before);
+            let load = planner.plan(plan, index, &intent);
             self.say(Stage::Washing(index), part(0.4))?;
             if let Some(load) = load {
-                self.lay(&plan, index, &load, part(0.4), 0.51 / count as f64)?;
+                self.lay(plan, index, &load, part(0.4), 0.45 / count as f64)?;
             }
         }
         Ok(Painting {

@@ -1,0 +1,139 @@
+//! What a wash is to look like and where its shapes keep apart, before the sheet below is looked at.
+
+use girtin_grid::Raster;
+use girtin_grid::blur::{gaussian, gaussian_plane, within};
+
+use crate::accidents::{noise, smoothstep};
+use crate::regions;
+use crate::study::{Colors, Plane, Study};
+use crate::tone::lifted;
+use crate::walls::Walls;
+use crate::washes::WashPlan;
+
+/// A tier of tones, a part of the photograph's range of lightness; where between two the one rises to the other, and how far
+/// its border strays, parts of a tier.
+const TIER: f32 = 0.14;
+const RISE: [f32; 2] = [0.34, 0.66];
+const STRAY: f32 = 0.35;
+
+/// How far charging lets the hue drift, Lab.
+const CHARGE: f64 = 2.8;
+
+/// How much of `stepping` goes into tiers.
+const TIERED: f32 = 1.2;
+
+/// What a wash is meant to be.
+pub struct Intent {
+    /// Where shapes may keep apart.
+    pub walls: Walls,
+    /// How far the hand strays, cells: colors and shapes alike, the slight misregister of glazes.
+    pub stray: Raster<[f32; 2]>,
+    /// The walls after that.
+    pub strayed: Walls,
+    /// The colors that are to be seen when it is dry, Lab.
+    pub wanted: Colors,
+    /// How much darker than the wash before it is to be, Lab.
+    pub meant: Plane,
+    /// How flat the photograph is around each cell, 0 to 1.
+    pub flat: Plane,
+    /// How hard its edges are, 0 to 1.
+    pub hardness: Plane,
+}
+
+impl Intent {
+    /// For wash `index`, which paints down to the lightness `lightest`; the wash before it went down to `before`.
+    pub fn new(study: &Study<'_>, plan: &WashPlan, index: usize, lightest: f32, before: f32) -> Self {
+        let (params, [width, height]) = (study.params, study.mount.size);
+        let source = &study.abstractions[(plan.abstraction + 0.5) as usize];
+        let steps = regions::steps(source, study.cells(0.008));
+        let walls = Walls::find(study, plan, source, &steps);
+        let wanted = wanted(study, plan, index, lightest);
+        let even = within(&wanted, &walls.regions, study.cells(plan.flat_over));
+        let stepping = (TIERED * params.stepping as f32).min(1.0);
+        let mut wanted = Raster::by_rows(width, height, |x, y| {
+            let (exact, graded) = (study.exact.at(x, y), study.graded(x, y));
+            let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
+            let flat = flat * (1.0 - 0.8 * smoothstep(steps.at(x, y), 8.0, 20.0));
+            let mut wanted = mixed(wanted.at(x, y), even.at(x, y), flat * (1.0 - 0.7 * graded));
+            wanted[0] += stepping * graded * (1.0 - exact) * (tiered(study, wanted[0], x, y) - wanted[0]);
+            wanted
+        });
+        charge(study, &mut wanted);
+        let meant = wanted.map(|wanted| lacking(wanted, lifted(wanted, before)));
+        let first = if index == 0 { 1.5 } else { 1.0 };
+        let amplitude = (study.cells(0.0020) * params.wobble * first) as f32;
+        let stray = noise::<2>(study.seed, &format!("wobble {index}"), study.mount.size, study.cells(0.025));
+        let stray = Raster::by_rows(width, height, |x, y| {
+            stray.at(x, y).map(|by| by * amplitude * (1.0 - 0.9 * study.exact.at(x, y)))
+        });
+        let flat = gaussian_plane(&steps.map(|step| 1.0 - smoothstep(step, 3.0, 8.0)), study.cells(0.006));
+        Self {
+            strayed: walls.warped(&stray),
+            walls,
+            stray,
+            wanted,
+            meant,
+            flat,
+            hardness: study.hardness(&steps),
+        }
+    }
+}
+
+/// What a wash is to look like, before the sheet below is looked at.
+fn wanted(study: &Study<'_>, plan: &WashPlan, index: usize, lightest: f32) -> Colors {
+    let (low, part) = (plan.abstraction as usize, plan.abstraction.fract() as f32);
+    let last = study.abstractions.len() - 1;
+    let (a, b) = (&study.abstractions[low.min(last)], &study.abstractions[(low + 1).min(last)]);
+    let mut wanted = Raster::by_rows(a.width(), a.height(), |x, y| {
+        let (a, b) = (a.at(x, y), b.at(x, y));
+        let color = study.tones.of([0, 1, 2].map(|c: usize| a[c] + part * (b[c] - a[c])));
+        if plan.level > 0.0 { lifted(color, lightest) } else { color }
+    });
+    let wetness = study.params.wetness;
+    let soft = if index == 0 { 0.012 * wetness } else { 0.002 * (wetness - 1.0).max(0.0) };
+    if soft > 0.0 {
+        let blurred = gaussian(&wanted, study.cells(soft));
+        let share = if index == 0 { 0.4 } else { 1.0 };
+        let cells = wanted.as_mut_slice().iter_mut().zip(blurred.as_slice());
+        cells.for_each(|(cell, soft)| *cell = mixed(*cell, *soft, share));
+    }
+    wanted
+}
+
+/// A lightness on its way to one of a few tiers, as tones of what is soft are laid wash over wash; their borders stray.
+fn tiered(study: &Study<'_>, light: f32, x: usize, y: usize) -> f32 {
+    let tier = TIER * study.tones.range;
+    let stray = STRAY * tier * study.stray_tone.at(x, y);
+    let place = (light + stray) / tier;
+    let low = libm::floorf(place);
+    tier * (low + smoothstep(place - low, RISE[0], RISE[1])) - 0.5 * stray
+}
+
+/// Lets the hue drift, the same way in every wash, or the later ones would take back what the first ones did.
+fn charge(study: &Study<'_>, wanted: &mut Colors) {
+    let params = study.params;
+    let charge = (CHARGE * params.charging * params.freedom().min(1.0)) as f32;
+    let cells = wanted.as_mut_slice().iter_mut().zip(study.drift.as_slice());
+    for ((cell, drift), exact) in cells.zip(study.exact.as_slice()) {
+        // Gray is charged with hardly any color, or it turns to mottle; darks are alive with it.
+        let colorful = 0.1 + 0.9 * smoothstep(libm::hypotf(cell[1], cell[2]), 4.0, 18.0);
+        let dark = 1.3 * (1.0 - smoothstep(cell[0], 18.0, 45.0));
+        let light = smoothstep(100.0 - cell[0], 3.0, 20.0);
+        let much = charge * colorful.max(dark) * (1.0 - 0.85 * exact) * light;
+        cell[1] += much * drift[0];
+        cell[2] += much * drift[1];
+    }
+}
+
+/// How much is missing from a color to a darker or other one, Lab.
+pub fn lacking(wanted: [f32; 3], under: [f32; 3]) -> f32 {
+    let chroma = libm::hypotf(under[1] - wanted[1], under[2] - wanted[2]);
+    // What is to be lighter cannot be mended: graying it would only darken it more.
+    let mended = 1.0 - smoothstep(wanted[0] - under[0], 2.0, 12.0);
+    (under[0] - wanted[0]).max(0.0) + 0.35 * chroma * mended
+}
+
+/// A color a part of the way from one to another.
+pub fn mixed(a: [f32; 3], b: [f32; 3], part: f32) -> [f32; 3] {
+    [0, 1, 2].map(|c| a[c] + part * (b[c] - a[c]))
+}
