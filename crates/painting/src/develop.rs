@@ -26,15 +26,42 @@ pub struct Development<'a> {
     glazes: Vec<(&'a Dried, &'a PlannedGlaze)>,
 }
 
-/// Cells that a sample takes pigment from, and how much of each; four where shapes meet, sixteen inside one.
-struct Shares {
-    cells: [(usize, usize, f32); 16],
-    count: usize,
+/// Cells that a sample takes pigment from, and how much of each.
+enum Shares {
+    /// Sixteen inside a shape, of which each four in a column are one: a [`Blend`]'s cells.
+    Inside([(usize, f32); 4]),
+    /// Four where shapes meet.
+    Beside([(usize, usize, f32); 4]),
 }
 
 impl Shares {
-    fn all(&self) -> &[(usize, usize, f32)] {
-        &self.cells[..self.count]
+    /// What is taken of a field of cells, and of the same blended over the row's four.
+    fn of(&self, cells: &Raster<f32>, blended: &[f32]) -> f32 {
+        match self {
+            Self::Inside(shares) => shares.iter().map(|&(x, share)| share * blended[x]).sum(),
+            Self::Beside(shares) => shares.iter().map(|&(x, y, share)| share * cells.at(x, y)).sum(),
+        }
+    }
+}
+
+/// The four rows of cells around a row of samples, and how much it takes of each by a cubic B-spline.
+struct Blend {
+    rows: [usize; 4],
+    shares: [f32; 4],
+}
+
+impl Blend {
+    /// Of a field, for a row of samples at `y`, cells.
+    fn at(y: f32, of: usize) -> Self {
+        let y = (y - 0.5).clamp(0.0, (of - 1) as f32);
+        Self { rows: around(y as usize, of), shares: spline(y.fract()) }
+    }
+
+    fn of(&self, cells: &Raster<f32>) -> Vec<f32> {
+        let [a, b, c, d] = self.rows.map(|y| cells.row(y));
+        let [p, q, r, s] = self.shares;
+        let columns = a.iter().zip(b).zip(c).zip(d);
+        columns.map(|(((a, b), c), d)| p * a + q * b + r * c + s * d).collect()
     }
 }
 
@@ -162,14 +189,17 @@ impl Row<'_> {
         let cell = |at: usize| (sheet.trim_mm + (at as f64 + 0.5) / self.per_mm) * sheet.cells_per_mm;
         let to_samples = (self.per_mm / sheet.cells_per_mm) as f32;
         let y = cell(self.y) as f32;
+        let blend = Blend::at(y, sheet.height.height());
+        let blended: Vec<Vec<f32>> = dried.amounts.iter().map(|amounts| blend.of(amounts)).collect();
+        let levels = blend.of(&sheet.height);
         for x in 0..self.width {
-            let at = cell(x) as f32;
-            let shares = shares_of([at, y], &sheet.height, glaze.outline.as_ref(), to_samples);
+            let at = [cell(x) as f32, y];
+            let shares = shares_of(at, &sheet.height, &levels, glaze.outline.as_ref(), to_samples);
             let Some((shares, level)) = shares else { continue };
             let finer = if sheet.samples_are_cells { 0.0 } else { self.height[x] - level };
-            for ((row, dried), grain) in amounts.iter_mut().zip(&dried.amounts).zip(&dried.grain) {
-                let mean: f32 = shares.all().iter().map(|&(x, y, share)| share * dried.at(x, y)).sum();
-                row[x] = mean * (1.0 + grain * finer).clamp(GRAIN[0], GRAIN[1]);
+            let fields = dried.amounts.iter().zip(&blended).zip(&dried.grain);
+            for (row, ((cells, blended), grain)) in amounts.iter_mut().zip(fields) {
+                row[x] = shares.of(cells, blended) * (1.0 + grain * finer).clamp(GRAIN[0], GRAIN[1]);
             }
         }
         let amounts: Vec<&[f32]> = amounts.iter().map(Vec::as_slice).collect();
@@ -185,12 +215,14 @@ fn lay_row(paints: &[Coefficients], amounts: &[&[f32]], ground: &mut [LinearRgb]
 }
 
 /// Which cells a sample at a place, in cells, takes how much from, and the height between their middles; `None`: nothing.
+/// `levels` is the height blended over the row.
 ///
 /// Inside a shape the weights are a cubic B-spline's. Where shapes meet a sample takes from each as much as that covers of
 /// it, and of its cells only.
 fn shares_of(
     [x, y]: [f32; 2],
     height: &Raster<f32>,
+    levels: &[f32],
     outline: Option<&PlannedOutline>,
     samples_per_cell: f32,
 ) -> Option<(Shares, f32)> {
@@ -198,8 +230,6 @@ fn shares_of(
     let (x, y) = ((x - 0.5).clamp(0.0, (width - 1) as f32), (y - 0.5).clamp(0.0, (rows - 1) as f32));
     let (x0, y0) = (x as usize, y as usize);
     let (fx, fy) = (x - x0 as f32, y - y0 as f32);
-    let around =
-        |at: usize, of: usize| [at.saturating_sub(1), at, (at + 1).min(of - 1), (at + 2).min(of - 1)];
     let (xs, ys) = (around(x0, width), around(y0, rows));
     let inner = [(xs[1], ys[1]), (xs[2], ys[1]), (xs[1], ys[2]), (xs[2], ys[2])];
     let regions = inner.map(|(x, y)| outline.map_or(1, |outline| outline.regions.at(x, y)));
@@ -212,36 +242,33 @@ fn shares_of(
     if regions == [0; 4] {
         return None;
     }
-    let mut shares = Shares { cells: [(0, 0, 0.0); 16], count: 4 };
-    let mut level = 0.0;
-    if samples_per_cell >= SMOOTH_FROM && outline.is_none_or(is_inside) {
-        let (wx, wy) = (spline(fx), spline(fy));
-        shares.count = 16;
-        for k in 0..16 {
-            let share = wx[k % 4] * wy[k / 4];
-            shares.cells[k] = (xs[k % 4], ys[k / 4], share);
-            level += share * height.at(xs[k % 4], ys[k / 4]);
-        }
-    } else {
-        let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
-        for (k, ((x, y), share)) in inner.into_iter().zip(weights).enumerate() {
-            shares.cells[k] = (x, y, share);
-            level += share * height.at(x, y);
-        }
-        let has_edge = |outline: &PlannedOutline| {
-            regions != [regions[0]; 4] && !inner.iter().all(|&(x, y)| outline.has_no_edge(x, y))
-        };
-        if let Some(outline) = outline.filter(|outline| has_edge(outline)) {
-            confine(&mut shares.cells, regions, outline, samples_per_cell);
-        }
-    }
-    if let Some(masked) = outline.and_then(|outline| outline.masked.as_ref()) {
+    let bare = outline.and_then(|outline| outline.masked.as_ref()).map_or(0.0, |masked| {
         let [x, y] = [(x + 0.5, width, masked.width()), (y + 0.5, rows, masked.height())]
             .map(|(at, cells, of)| at * of as f32 / cells as f32);
-        let bare = 1.0 - masked.sample(x, y);
-        shares.cells.iter_mut().for_each(|share| share.2 *= bare);
+        masked.sample(x, y)
+    });
+    if samples_per_cell >= SMOOTH_FROM && outline.is_none_or(is_inside) {
+        let weights = spline(fx);
+        let level = xs.iter().zip(weights).map(|(&x, weight)| weight * levels[x]).sum();
+        let shares = core::array::from_fn(|k| (xs[k], (1.0 - bare) * weights[k]));
+        return Some((Shares::Inside(shares), level));
     }
-    Some((shares, level))
+    let weights = [(1.0 - fx) * (1.0 - fy), fx * (1.0 - fy), (1.0 - fx) * fy, fx * fy];
+    let level = inner.iter().zip(weights).map(|(&(x, y), weight)| weight * height.at(x, y)).sum();
+    let mut shares = core::array::from_fn(|k| (inner[k].0, inner[k].1, weights[k]));
+    let has_edge = |outline: &PlannedOutline| {
+        regions != [regions[0]; 4] && !inner.iter().all(|&(x, y)| outline.has_no_edge(x, y))
+    };
+    if let Some(outline) = outline.filter(|outline| has_edge(outline)) {
+        confine(&mut shares, regions, outline, samples_per_cell);
+    }
+    shares.iter_mut().for_each(|share| share.2 *= 1.0 - bare);
+    Some((Shares::Beside(shares), level))
+}
+
+/// A cell with the one before it and the two after it.
+fn around(at: usize, of: usize) -> [usize; 4] {
+    [at.saturating_sub(1), at, (at + 1).min(of - 1), (at + 2).min(of - 1)]
 }
 
 /// Weights of a uniform cubic B-spline, `part` between the second and the third of four cells.
@@ -251,14 +278,14 @@ fn spline(part: f32) -> [f32; 4] {
     [u * u * u / 6.0, inner(t), inner(u), t * t * t / 6.0]
 }
 
-/// Gives the first four cells of every shape together what the shape covers of the sample.
+/// Gives the cells of every shape together what the shape covers of the sample.
 fn confine(
-    shares: &mut [(usize, usize, f32); 16],
+    shares: &mut [(usize, usize, f32); 4],
     regions: [u8; 4],
     outline: &PlannedOutline,
     samples_per_cell: f32,
 ) {
-    let between: [(usize, usize, f32); 4] = [shares[0], shares[1], shares[2], shares[3]];
+    let between = *shares;
     let inside = between.map(|(x, y, _)| outline.edges.at(x, y));
     // How far a sample lies in the shape of each cell, from what its four cells say.
     let covered = regions.map(|region| {
