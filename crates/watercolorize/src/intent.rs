@@ -17,7 +17,7 @@ const RISE: [f32; 2] = [0.34, 0.66];
 const STRAY: f32 = 0.35;
 
 /// How far charging lets the hue drift, Lab.
-const CHARGE: f64 = 2.8;
+const CHARGE: f64 = 2.4;
 
 /// How much of `stepping` goes into tiers.
 const TIERED: f32 = 1.2;
@@ -117,7 +117,7 @@ fn charge(study: &Study<'_>, wanted: &mut Colors) {
     for ((cell, drift), exact) in cells.zip(study.exact.as_slice()) {
         // Gray is charged with hardly any color, or it turns to mottle; darks are alive with it.
         let colorful = 0.1 + 0.9 * smoothstep(libm::hypotf(cell[1], cell[2]), 4.0, 18.0);
-        let dark = 1.3 * (1.0 - smoothstep(cell[0], 18.0, 45.0));
+        let dark = 0.8 * (1.0 - smoothstep(cell[0], 18.0, 45.0));
         let light = smoothstep(100.0 - cell[0], 3.0, 20.0);
         let much = charge * colorful.max(dark) * (1.0 - 0.85 * exact) * light;
         cell[1] += much * drift[0];

@@ -21,6 +21,9 @@ struct Drawing {
     sign: f32,
 }
 
+/// Parts of the paper under ink from which on and up to which lines count as crowded.
+const CROWDED: [f32; 2] = [0.12, 0.3];
+
 /// Difference of Gaussians, averaged along the contour: long, calm lines.
 ///
 /// # Source
@@ -65,6 +68,12 @@ pub fn ink(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>, stren
     let lines = Raster::by_rows(lab.width(), lab.height(), |x, y| {
         let loose = loose(x, y);
         smoothstep(strength * lines.at(x, y), 0.4 + 0.5 * loose, 1.2 + 0.8 * loose)
+    });
+    // Where lines are many, as in foliage, a pen draws some of them, thinner.
+    let many = gaussian_plane(&lines, mount.cells(0.01));
+    let lines = Raster::by_rows(lab.width(), lab.height(), |x, y| {
+        let spared = loose(x, y) * smoothstep(many.at(x, y), CROWDED[0], CROWDED[1]);
+        (lines.at(x, y) - 0.75 * spared).max(0.0)
     });
     let cell = mount.long_edge as f32 * mount.long_edge as f32;
     let least = attention.map(|exact| 1.6e-4 * cell * (1.6 - exact.min(1.0)));
@@ -193,4 +202,53 @@ pub fn warped_labels<L: Copy + Send + Sync>(labels: &Raster<L>, by: &Raster<[f32
             |at: usize, by: f32, of: usize| libm::roundf(at as f32 + by).clamp(0.0, (of - 1) as f32) as usize;
         labels.at(near(x, dx, width), near(y, dy, height))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mount::Mounting;
+
+    /// A square photograph of Lab L, on cells half as wide as usual, and the fluid on it.
+    fn fluid(light: impl Fn(usize, usize) -> f32) -> Raster<f32> {
+        let mount = Mount::new([320, 320], 320.0, &Mounting { margin: 0.0, ..Mounting::default() }).finer();
+        let [width, height] = mount.size;
+        let lab = Raster::from_fn(width, height, |x, y| [light(x, y), 0.0, 0.0]);
+        lights(&lab, &mount, &Raster::new(width, height, 0.5))
+    }
+
+    /// A slanting line, three cells wide.
+    fn line(x: usize, y: usize) -> bool {
+        (x as f32 - 0.5 * y as f32 - 150.0).abs() < 2.0
+    }
+
+    #[test]
+    fn a_line_gets_as_much_fluid_as_it_is_light() {
+        let [white, pale] = [95.0, 60.0].map(|light| {
+            let fluid = fluid(|x, y| if line(x, y) { light } else { 40.0 });
+            assert!(fluid.at(150, 300) < 0.02, "none beside the line: {}", fluid.at(150, 300));
+            fluid.at(300, 300)
+        });
+        assert!(white > 0.6, "{white}");
+        // By Beer's law 42 % less paint is what is as light as that; blurring takes some of it.
+        assert!(pale > 0.15 && pale < 0.45, "{pale}");
+    }
+
+    #[test]
+    fn the_light_side_of_an_edge_gets_none() {
+        let fluid = fluid(|x, y| if x as f32 > 0.5 * y as f32 + 150.0 { 90.0 } else { 30.0 });
+        // At the sheet's own border, which no picture shows, a corner looks like a point.
+        let inner = fluid.as_slice()[4 * fluid.width()..].iter();
+        let most = inner.fold(0.0f32, |most, &fluid| most.max(fluid));
+        assert!(most < 0.05, "{most}");
+    }
+
+    #[test]
+    fn a_point_by_itself_gets_some_and_a_texture_of_them_none() {
+        let point = |x: usize, y: usize| x % 4 < 2 && y % 4 < 2;
+        let one = fluid(|x, y| if point(x, y) && x / 4 == 80 && y / 4 == 80 { 90.0 } else { 45.0 });
+        assert!(one.at(321, 321) > 0.3, "{}", one.at(321, 321));
+        let many = fluid(|x, y| if point(x, y) { 90.0 } else { 45.0 });
+        assert!(many.at(321, 321) < 0.05, "{}", many.at(321, 321));
+    }
 }

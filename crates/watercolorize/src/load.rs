@@ -17,6 +17,9 @@ use crate::washes::WashPlan;
 /// Film that dry pores drink, on average: the living wash's pore depth times its mean capacity.
 const DRUNK: f32 = 0.18;
 
+/// How far, Lab, what is missing must be above the least that is laid for a mark to count as clear.
+const FAINT: f32 = 5.0;
+
 /// A wash ready to be laid.
 pub struct Load {
     /// Which shape each cell belongs to, 0 for none, and how far inside it its middle is.
@@ -139,7 +142,7 @@ impl Planner<'_> {
                 self.study.inside.at(x, y) + self.study.cells(0.0016) as f32 * (border.at(x, y) - 0.4);
             open.at(x, y) != 0 && inside > 0.0
         };
-        let mask = Raster::by_rows(width, height, |x, y| {
+        let over = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let graded = self.study.graded(x, y);
             let need = missing.at(x, y)[0] + 0.9 * chance.at(x, y) * (1.0 - 0.8 * exact) * (1.0 - graded);
@@ -147,11 +150,14 @@ impl Planner<'_> {
             // Where it is flat all that is missing is meant.
             let least = least + flat.at(x, y) * (2.5 - least).min(0.0);
             // What is soft fades in from nothing.
-            let least = least + graded * (0.7 - least);
-            u8::from(is_open(x, y) && need > least)
+            need - (least + graded * (0.7 - least))
         });
-        let least =
-            self.study.exact.map(|exact| plan.least_shape as f32 * area * simpler * (1.1 - 0.95 * exact));
+        let mask = Raster::by_rows(width, height, |x, y| u8::from(is_open(x, y) && over.at(x, y) > 0.0));
+        let least = Raster::by_rows(width, height, |x, y| {
+            // What is hardly there must be large to be worth a mark, or it would be a scab.
+            let faint = (FAINT / (1.0 + over.at(x, y).abs())).clamp(0.8, 3.0);
+            plan.least_shape as f32 * area * simpler * faint * (1.1 - 0.95 * self.study.exact.at(x, y))
+        });
         let mask = cleaned(&mask, &least, 0.8);
         let mask = mask.map(f32::from);
         let round = gaussian_plane(&mask, self.study.cells(0.8 * plan.need_over));
@@ -258,9 +264,11 @@ impl Planner<'_> {
             // Where nothing is hard, less water stands; detail is painted with a nearly dry brush.
             let hard = 0.7 + 0.3 * hardness.at(x, y);
             let exact = 1.0 - 0.45 * self.study.exact.at(x, y);
+            // What is rough is painted with a drier one, so that not every mark gets a rim.
+            let rough = 1.0 - 0.4 * (params.drybrush as f32 * self.study.rough.at(x, y)).min(1.0);
             // Dry pores drink first; what they take must not be missing beside damp paper, or water runs there and back.
             let drunk = DRUNK * (1.0 - moist.at(x, y)).max(0.0);
-            (film * hard * exact * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)
+            (film * hard * exact * rough * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)
         })
     }
 }

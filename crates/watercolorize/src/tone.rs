@@ -58,11 +58,11 @@ impl Tones {
         let light = light + self.whites * up * up;
         let light =
             light + self.key * ((100.0 - light) / 60.0).clamp(0.0, 1.0) * (light / 40.0).clamp(0.0, 1.0);
-        let light = (light + LIGHTS * smoothstep(light, TO_PAPER[0], TO_PAPER[1])).min(light.max(98.5));
+        let light = (light + LIGHTS * smoothstep(light, TO_PAPER[0], TO_PAPER[1])).min(l.max(98.5));
         // Neutral darks lean to blue violet: a black from the tube is dead.
         let dark = (1.0 - smoothstep(chroma, 3.0, 12.0)) * (1.0 - smoothstep(light, 15.0, 60.0));
         let tinted = dark * self.chroma.min(1.0);
-        [soft_floor(light, self.darkest, 3.0), a * self.chroma + 1.2 * tinted, b * self.chroma - 4.5 * tinted]
+        [soft_floor(light, self.darkest, 3.0), a * self.chroma + 0.6 * tinted, b * self.chroma - 3.2 * tinted]
     }
 }
 
@@ -78,4 +78,29 @@ pub fn lifted([l, a, b]: [f32; 3], lightest: f32) -> [f32; 3] {
     richer *= (richest / (chroma * richer).max(1e-6)).min(1.0);
     let cool = (1.0 - smoothstep(chroma, 3.0, 10.0)) * (up / 50.0).min(1.0);
     [light, a * richer, b * richer - 3.0 * cool]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tones(lights: &[f32]) -> Tones {
+        Tones::new(&PhotoParams::default(), lights.iter().copied())
+    }
+
+    #[test]
+    fn tones_rise_with_the_photograph_s_and_end_in_paper() {
+        for lights in [&[5.0, 50.0, 97.0][..], &[2.0, 10.0, 30.0], &[70.0, 75.0, 80.0], &[]] {
+            let tones = tones(lights);
+            let painted: Vec<f32> = (0..=100).map(|l| tones.of([l as f32, 0.0, 0.0])[0]).collect();
+            assert!(painted.windows(2).all(|pair| pair[0] <= pair[1]), "{painted:?}");
+            assert!(painted[0] > 8.0 && painted[94] >= 97.0 && painted[100] <= 100.5, "{painted:?}");
+        }
+    }
+
+    #[test]
+    fn a_dark_photograph_is_painted_lighter() {
+        let [dark, light] = [&[1.0, 12.0, 60.0][..], &[5.0, 60.0, 98.0]].map(|lights| tones(lights));
+        assert!(dark.of([40.0, 0.0, 0.0])[0] > light.of([40.0, 0.0, 0.0])[0] + 2.0);
+    }
 }

@@ -132,3 +132,28 @@ fn rims_are_dark_where_edges_are_hard_and_nowhere_else() {
     assert!(hard > 1.15, "hard: {hard}");
     assert!(soft < 1.02, "soft: {soft}");
 }
+
+#[test]
+fn a_light_surface_is_bare_or_painted_as_a_whole() {
+    // Two panels on a dark wall, both white for the most part; the gray corner of the first belongs to it.
+    let photo = Raster::from_fn(240, 160, |x, y| {
+        let [first, second] =
+            [20..100, 140..220].map(|columns| columns.contains(&x) && (40..120).contains(&y));
+        let light = match (first, second) {
+            (true, _) if x < 45 => 0.78,
+            (true, _) | (_, true) => 0.96,
+            _ => 0.06,
+        };
+        [light; 3]
+    });
+    let params = PhotoParams { slivers: 0.0, ..params() };
+    let painting = paint(&request(&photo, &params));
+    let picture = painting.painted.development().picture();
+    let scale = picture.width() as f64 / 240.0;
+    let at = |x: f64, y: f64| picture.at((x * scale) as usize, (y * scale) as usize).0[1];
+    for y in [60.0, 80.0, 100.0] {
+        let [corner, white, other] = [32.0, 75.0, 180.0].map(|x| at(x, y));
+        assert!((corner - white).abs() < 0.06 && (white - other).abs() < 0.06, "{corner} {white} {other}");
+        assert!(white > 0.88, "{white}");
+    }
+}
