@@ -100,7 +100,7 @@ mod tests {
 
     #[test]
     fn a_dark_photograph_is_painted_lighter() {
-        let [dark, light] = [&[1.0, 12.0, 60.0][..], &[5.0, 60.0, 98.0]].map(|lights| tones(lights));
+        let [dark, light] = [&[1.0, 12.0, 60.0][..], &[5.0, 60.0, 98.0]].map(tones);
         assert!(dark.of([40.0, 0.0, 0.0])[0] > light.of([40.0, 0.0, 0.0])[0] + 2.0);
     }
 }
