@@ -113,7 +113,12 @@ pub fn lights(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>) ->
     let points = points(&lightness, mount);
     Raster::by_rows(lab.width(), lab.height(), |x, y| {
         let covered = lines.at(x, y).max(points.at(x, y));
-        if covered <= 0.0 { 0.0 } else { covered * less_paint(calm.at(x, y), around.at(x, y)) }
+        if covered <= 0.0 {
+            return 0.0;
+        }
+        // Between letters on white it is white anyway.
+        let around = around.at(x, y);
+        covered * less_paint(calm.at(x, y), around) * (1.0 - smoothstep(around, 78.0, 90.0))
     })
 }
 
@@ -165,7 +170,7 @@ fn drawn_along(lines: &Raster<f32>, flow: &Flow, sigma: f64) -> Raster<f32> {
 /// Lines without those of too few cells.
 fn kept(lines: &Raster<f32>, least: &Raster<f32>) -> Raster<f32> {
     let there = lines.map(|line| u8::from(line > 0.3));
-    let there = cleaned(&there, least, 0.0);
+    let there = cleaned(&there, least, None);
     let there = gaussian_plane(&there.map(f32::from), 0.7);
     Raster::by_rows(lines.width(), lines.height(), |x, y| {
         (lines.at(x, y) * (1.6 * there.at(x, y)).min(1.0)).clamp(0.0, 1.0)

@@ -20,6 +20,9 @@ const DRUNK: f32 = 0.18;
 /// How far, Lab, what is missing must be above the least that is laid for a mark to count as clear.
 const FAINT: f32 = 5.0;
 
+/// Steps of the photograph over a few cells, Lab, up to which and from which on a hole in a shape is modelling or a thing.
+const MODELLED: [f32; 2] = [12.0, 28.0];
+
 /// A wash ready to be laid.
 pub struct Load {
     /// Which shape each cell belongs to, 0 for none, and how far inside it its middle is.
@@ -153,12 +156,19 @@ impl Planner<'_> {
             need - (least + graded * (0.7 - least))
         });
         let mask = Raster::by_rows(width, height, |x, y| u8::from(is_open(x, y) && over.at(x, y) > 0.0));
-        let least = Raster::by_rows(width, height, |x, y| {
+        let worth = Raster::by_rows(width, height, |x, y| {
             // What is hardly there must be large to be worth a mark, or it would be a scab.
             let faint = (FAINT / (1.0 + over.at(x, y).abs())).clamp(0.8, 3.0);
-            plan.least_shape as f32 * area * simpler * faint * (1.1 - 0.95 * self.study.exact.at(x, y))
+            plan.least_shape as f32 * area * simpler * faint
         });
-        let mask = cleaned(&mask, &least, 0.8);
+        let least =
+            Raster::by_rows(width, height, |x, y| worth.at(x, y) * (1.1 - 0.95 * self.study.exact.at(x, y)));
+        let holes = Raster::by_rows(width, height, |x, y| {
+            // Where little is missing from what is drawn exactly, little is laid: no need to go around it.
+            let modelled = 1.0 - smoothstep(self.study.steps.at(x, y), MODELLED[0], MODELLED[1]);
+            0.8 * least.at(x, y) + 5.0 * self.study.exact.at(x, y) * modelled * worth.at(x, y)
+        });
+        let mask = cleaned(&mask, &least, Some(&holes));
         let mask = mask.map(f32::from);
         let round = gaussian_plane(&mask, self.study.cells(0.8 * plan.need_over));
         // A dry brush skips over hollows at the edges of its mark, and still touches peaks beside it.

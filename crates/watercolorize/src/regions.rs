@@ -455,16 +455,18 @@ pub fn colored(regions: &Regions, painted: &Raster<u8>) -> Raster<u8> {
     pieces.map(|piece| colors[piece as usize])
 }
 
-/// The mask without islands, and with holes filled, of fewer cells than `least` has on average over them.
-pub fn cleaned(mask: &Raster<u8>, least: &Raster<f32>, least_hole: f32) -> Raster<u8> {
+/// The mask without islands of fewer cells than `least` has on average over them, and with holes filled of fewer than
+/// `least_hole` has.
+pub fn cleaned(mask: &Raster<u8>, least: &Raster<f32>, least_hole: Option<&Raster<f32>>) -> Raster<u8> {
     let mut mask = mask.clone();
-    for (value, times) in [(1u8, 1.0), (0, least_hole)] {
+    for (value, least) in [(1u8, Some(least)), (0, least_hole)] {
+        let Some(least) = least else { continue };
         let pieces = connected(&mask);
         let count = pieces.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
         let (mut cells, mut wanted) = (vec![0u32; count], vec![0.0f32; count]);
         for (&piece, &least) in pieces.as_slice().iter().zip(least.as_slice()) {
             cells[piece as usize] += 1;
-            wanted[piece as usize] += least * times;
+            wanted[piece as usize] += least;
         }
         for (cell, &piece) in mask.as_mut_slice().iter_mut().zip(pieces.as_slice()) {
             let n = cells[piece as usize] as f32;

@@ -54,8 +54,8 @@ impl Study<'_> {
         let light = Raster::by_rows(width, height, |x, y| {
             light.at(x, y) & u8::from(self.exact.at(x, y) > 0.3 || round.at(x, y) > 0.5)
         });
-        let least = self.exact.map(|exact| self.area(1.5e-4) as f32 * (1.05 - exact));
-        let mut bare = cleaned(&light, &least, 0.0);
+        let least = self.exact.map(|exact| self.area(1.5e-4) as f32 * (1.2 - exact));
+        let mut bare = cleaned(&light, &least, None);
         let steps = regions::steps(broad, self.cells(0.008));
         let pieces = regions::connected(&bare);
         let count = pieces.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
@@ -116,6 +116,6 @@ impl Study<'_> {
         let round = gaussian_plane(&there.map(f32::from), 1.0);
         let there = Raster::by_rows(width, height, |x, y| u8::from(round.at(x, y) > 0.5) & there.at(x, y));
         let area = self.area(6e-5) as f32;
-        cleaned(&there, &Raster::new(width, height, area), 0.0)
+        cleaned(&there, &Raster::new(width, height, area), None)
     }
 }

@@ -135,7 +135,9 @@ impl<'a> Study<'a> {
 
     /// How far what changes around a cell does so softly, and is painted without steps; 0 to 1.
     pub fn graded(&self, x: usize, y: usize) -> f32 {
-        1.0 - self.sharp.at(x, y)
+        // What is drawn exactly steps where the photograph does, and its modelling not at all: skin has no contours.
+        let modelled = self.exact.at(x, y) * (1.0 - smoothstep(self.steps.at(x, y), EDGE[0], EDGE[1]));
+        1.0 - self.sharp.at(x, y) * (1.0 - modelled)
     }
 
     /// Cells of a part of the long edge.
