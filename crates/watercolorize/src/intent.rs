@@ -12,8 +12,8 @@ use crate::washes::WashPlan;
 
 /// A tier of tones, a part of the photograph's range of lightness; where between two the one rises to the other, and how far
 /// its border strays, parts of a tier.
-const TIER: f32 = 0.14;
-const RISE: [f32; 2] = [0.34, 0.66];
+const TIER: f32 = 0.15;
+const RISE: [f32; 2] = [0.42, 0.58];
 const STRAY: f32 = 0.35;
 
 /// How far charging lets the hue drift, Lab.
