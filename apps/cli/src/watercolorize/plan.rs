@@ -16,6 +16,8 @@ const DECODED: u64 = 6;
 /// Bytes of a cell that is planned and painted on, and of one for each pigment and wash.
 const CELL: u64 = 520;
 const PIGMENT: u64 = 12;
+/// Bytes of a cell for what a wash is meant to be; all washes' are found before the first is laid.
+const INTENT: u64 = 60;
 /// Percent of that which are kept until the picture is developed.
 const KEPT: u64 = 40;
 /// Bytes of a picture's pixel, while it is developed and written; of the picture after each wash; and besides of what
@@ -99,8 +101,10 @@ impl Plan<'_> {
         let washed = if self.writes_washes() { WASHED * (glazes + 2) + layered } else { 0 };
         // What is painted from is no larger than lines are looked for on.
         let looked_at = self.photographed().min(4 * self.cells());
+        let meant = if self.errand.mattes.is_some() { 0 } else { self.cells() * INTENT * glazes };
         // One after another: the photograph is read, painted from, and gone when the picture is developed.
-        let [reading, planning] = [self.photographed() * (LIGHT + DECODED), looked_at * LIGHT + painting];
+        let [reading, planning] =
+            [self.photographed() * (LIGHT + DECODED), looked_at * LIGHT + meant + painting];
         BASE + reading.max(planning).max(painting * KEPT / 100 + PIXEL.max(washed) * self.pixels())
     }
 
