@@ -21,7 +21,7 @@ const DRUNK: f32 = 0.18;
 const FAINT: f32 = 5.0;
 
 /// Steps of the photograph over a few cells, Lab, up to which and from which on a hole in a shape is modelling or a thing.
-const MODELLED: [f32; 2] = [12.0, 28.0];
+const HOLE: [f32; 2] = [12.0, 28.0];
 
 /// Noise of variance 1 from which on and above which edges that the photograph has lost are found again.
 const FOUND: [f32; 2] = [0.0, 0.8];
@@ -168,7 +168,7 @@ impl Planner<'_> {
             Raster::by_rows(width, height, |x, y| worth.at(x, y) * (1.1 - 0.95 * self.study.exact.at(x, y)));
         let holes = Raster::by_rows(width, height, |x, y| {
             // Where little is missing from what is drawn exactly, little is laid: no need to go around it.
-            let modelled = 1.0 - smoothstep(self.study.steps.at(x, y), MODELLED[0], MODELLED[1]);
+            let modelled = 1.0 - smoothstep(self.study.steps.at(x, y), HOLE[0], HOLE[1]);
             0.8 * least.at(x, y) + 5.0 * self.study.exact.at(x, y) * modelled * worth.at(x, y)
         });
         let mask = cleaned(&mask, &least, Some(&holes));
@@ -194,11 +194,10 @@ impl Planner<'_> {
         index: usize,
     ) -> (Raster<u8>, Plane) {
         let wetness = self.study.params.wetness as f32;
-        let found = plane(self.study.seed, "found edges", self.study.mount.size, self.study.cells(0.05));
         let soft = Raster::by_rows(shapes.width(), shapes.height(), |x, y| {
             let hard = smoothstep(hardness.at(x, y) / wetness.max(0.2), 0.15, 0.5);
             // Lost and found: here and there the paper had dried before the brush came again.
-            let found = smoothstep(found.at(x, y), FOUND[0], FOUND[1]);
+            let found = smoothstep(self.study.found.at(x, y), FOUND[0], FOUND[1]);
             let hard = if index == 0 { hard } else { hard.max(found / wetness.max(1.0)) };
             ((1.0 - hard) * (1.0 - 0.8 * self.study.exact.at(x, y))).clamp(0.0, 1.0)
                 * (plan.softness * wetness).min(1.0)

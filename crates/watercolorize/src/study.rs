@@ -62,6 +62,8 @@ pub struct Study<'a> {
     pub stray_tone: Plane,
     /// Unevenness of hue, of variance 1.
     pub drift: Raster<[f32; 2]>,
+    /// Where edges that the photograph has lost are found again: the higher, the more; of variance 1.
+    pub found: Plane,
     /// How far inside the painting's border each cell is, cells.
     pub inside: Plane,
     /// Distance from the photograph's border, negative inside, cells.
@@ -123,6 +125,7 @@ impl<'a> Study<'a> {
             tones,
             stray_tone: plane(request.seed, "tiers", mount.size, mount.cells(0.02)),
             drift: noise(request.seed, "charging", mount.size, mount.cells(0.05)),
+            found: plane(request.seed, "found edges", mount.size, mount.cells(0.05)),
             photo,
             rough,
             inside,
