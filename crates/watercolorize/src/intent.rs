@@ -5,19 +5,22 @@ use girtin_grid::blur::{gaussian, gaussian_plane, within};
 
 use crate::accidents::{noise, smoothstep};
 use crate::regions;
-use crate::study::{Colors, Plane, Study};
+use crate::study::{Colors, Plane, Study, TIER};
 use crate::tone::lifted;
 use crate::walls::Walls;
 use crate::washes::WashPlan;
 
-/// A tier of tones, a part of the photograph's range of lightness; where between two the one rises to the other, and how far
-/// its border strays, parts of a tier.
-const TIER: f32 = 0.15;
-const RISE: [f32; 2] = [0.42, 0.58];
-const STRAY: f32 = 0.35;
+/// Where between two tiers of tones the one rises to the other.
+const RISE: [f32; 2] = [0.45, 0.55];
 
-/// How far charging lets the hue drift, Lab.
-const CHARGE: f64 = 2.4;
+/// How far charging turns the hue, radians; chroma, Lab, from which on it turns less.
+const TURN: f32 = 0.15;
+const MOST_TURNED: f32 = 45.0;
+/// How much of its chroma it makes a color richer.
+const RICHER: f32 = 0.09;
+/// How far it lets dark grays lean, Lab, and which way is warm.
+const LEAN: f32 = 3.6;
+const WARM: [f32; 2] = [0.35, 0.94];
 
 /// How much of `stepping` goes into tiers.
 const TIERED: f32 = 1.2;
@@ -54,8 +57,11 @@ impl Intent {
             let (exact, graded) = (study.exact.at(x, y), study.graded(x, y));
             let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
             let flat = flat * (1.0 - 0.8 * smoothstep(steps.at(x, y), 8.0, 20.0));
-            let mut wanted = mixed(wanted.at(x, y), even.at(x, y), flat * (1.0 - 0.7 * graded));
-            wanted[0] += stepping * graded * (1.0 - exact) * (tiered(study, wanted[0], x, y) - wanted[0]);
+            let even = even.at(x, y);
+            // The borders of tiers follow the large forms.
+            let calm = 0.5 * (even[0] + wanted.at(x, y)[0]);
+            let mut wanted = mixed(wanted.at(x, y), even, flat * (1.0 - 0.7 * graded));
+            wanted[0] += stepping * graded * (1.0 - exact) * (tiered(study, calm, x, y) - wanted[0]);
             wanted
         });
         charge(study, &mut wanted);
@@ -103,7 +109,7 @@ fn wanted(study: &Study<'_>, plan: &WashPlan, index: usize, lightest: f32) -> Co
 /// A lightness on its way to one of a few tiers, as tones of what is soft are laid wash over wash; their borders stray.
 fn tiered(study: &Study<'_>, light: f32, x: usize, y: usize) -> f32 {
     let tier = TIER * study.tones.range;
-    let stray = STRAY * tier * study.stray_tone.at(x, y);
+    let stray = study.stray_tone.at(x, y);
     let place = (light + stray) / tier;
     let low = libm::floorf(place);
     tier * (low + smoothstep(place - low, RISE[0], RISE[1])) - 0.5 * stray
@@ -112,17 +118,31 @@ fn tiered(study: &Study<'_>, light: f32, x: usize, y: usize) -> f32 {
 /// Lets the hue drift, the same way in every wash, or the later ones would take back what the first ones did.
 fn charge(study: &Study<'_>, wanted: &mut Colors) {
     let params = study.params;
-    let charge = (CHARGE * params.charging * params.freedom().min(1.0)) as f32;
+    let charge = (params.charging * params.freedom().min(1.0)) as f32;
     let cells = wanted.as_mut_slice().iter_mut().zip(study.drift.as_slice());
-    for ((cell, drift), exact) in cells.zip(study.exact.as_slice()) {
-        // Gray is charged with hardly any color, or it turns to mottle; darks are alive with it.
-        let colorful = 0.1 + 0.9 * smoothstep(libm::hypotf(cell[1], cell[2]), 4.0, 18.0);
-        let dark = 0.8 * (1.0 - smoothstep(cell[0], 18.0, 45.0));
-        let light = smoothstep(100.0 - cell[0], 3.0, 20.0);
-        let much = charge * colorful.max(dark) * (1.0 - 0.85 * exact) * light;
-        cell[1] += much * drift[0];
-        cell[2] += much * drift[1];
+    for ((cell, &drift), exact) in cells.zip(study.exact.as_slice()) {
+        *cell = charged(*cell, drift, charge * (1.0 - 0.85 * exact));
     }
+}
+
+/// A color as it is after others were dropped in beside it: its hue turns to its neighbors', it is richer or grayer, and
+/// what has little hue leans to a warm or a cool one. How light it is stays.
+fn charged([l, a, b]: [f32; 3], [turn, lean]: [f32; 2], much: f32) -> [f32; 3] {
+    let chroma = libm::hypotf(a, b);
+    // Orange and brown do not turn green, as nobody's hair does, and yellow hardly orange.
+    let warm = smoothstep(a.max(0.4 * b) / chroma.max(1.0), 0.0, 0.35);
+    let yellow = smoothstep(b / chroma.max(1.0), 0.6, 0.95);
+    let turn = if turn > 0.0 { turn * (1.0 - 0.75 * warm) } else { turn * (1.0 - 0.5 * yellow) };
+    let turn = (much * TURN * turn * (MOST_TURNED / chroma.max(1.0)).min(1.0)).clamp(-0.5, 0.5);
+    let (sin, cos) = libm::sincosf(turn);
+    let richer = 1.0 + much * RICHER * lean.clamp(-2.0, 2.0);
+    // Darks are alive with it; of light grays hardly any color, or they turn to mottle.
+    let dark = 1.0 - smoothstep(l, 18.0, 50.0);
+    let gray = 1.0 - smoothstep(chroma, 6.0, 20.0);
+    let light = smoothstep(100.0 - l, 3.0, 20.0);
+    let lean = much * LEAN * lean * gray * (0.12 + 0.88 * dark) * light;
+    let (a, b) = (richer * (cos * a - sin * b), richer * (sin * a + cos * b));
+    [l, a + WARM[0] * lean, b + WARM[1] * lean]
 }
 
 /// How much is missing from a color to a darker or other one, Lab.

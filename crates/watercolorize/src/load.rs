@@ -140,14 +140,9 @@ impl Planner<'_> {
         let chance =
             plane(self.study.seed, &format!("shape {index}"), self.study.mount.size, self.study.cells(0.01));
         let simpler = params.simplification as f32;
-        let border =
-            plane(self.study.seed, &format!("border {index}"), self.study.mount.size, self.study.cells(0.03));
+        let short = self.study.mount.short_of_border(&self.study.mounting, self.study.seed, index);
         let area = (self.study.cells(1.0) * self.study.cells(1.0)) as f32;
-        let is_open = |x: usize, y: usize| {
-            let inside =
-                self.study.inside.at(x, y) + self.study.cells(0.0016) as f32 * (border.at(x, y) - 0.4);
-            open.at(x, y) != 0 && inside > 0.0
-        };
+        let is_open = |x: usize, y: usize| open.at(x, y) != 0 && self.study.inside.at(x, y) > short.at(x, y);
         let over = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let graded = self.study.graded(x, y);

@@ -1,7 +1,7 @@
 //! The photograph on its sheet: where it lies, in millimetres and in cells, and how the painting ends around it.
 
-use girtin_grid::Raster;
 use girtin_grid::resize::{resized, resized_plane};
+use girtin_grid::{Raster, random};
 use girtin_optics::{LinearRgb, Srgb};
 use girtin_painting::document::SheetSettings;
 
@@ -45,6 +45,9 @@ impl Default for Mounting {
 
 /// What is painted beyond a picture that has no margin, a part of the long edge; it is cut off.
 const BLEED: f64 = 0.025;
+
+/// Radii that corners of a ragged border are rounded by, parts of the long edge.
+const CORNERS: [f64; 2] = [0.004, 0.03];
 
 /// A photograph on a sheet of cells.
 #[derive(Clone, Debug)]
@@ -175,17 +178,33 @@ impl Mount {
                 -distance.at(x, y) + 0.0006 * s * bleeding.at(x, y)
             });
         }
-        let (long, short) = (noise("border, long", 0.045), noise("border, short", 0.012));
+        let (long, short) = (noise("border, long", 0.05), noise("border, short", 0.012));
         let (wide, fine) = (noise("vignette, wide", 0.07), noise("vignette, fine", 0.02));
         // Strokes lie across the sheet; here and there the brush ran dry before its end, and its bristles show.
-        let (bristles, dry) = (self.streaks(seed, "border, bristles", 0.0022), noise("border, dry", 0.04));
-        let corners = self.rounded(0.022);
+        let (bristles, dry) = (self.streaks(seed, "border, bristles", 0.0016), noise("border, dry", 0.04));
+        let corners = self.rounded(seed);
         Raster::by_rows(self.size[0], self.size[1], |x, y| {
-            let dry = smoothstep(dry.at(x, y), 0.5, 1.5);
-            let even = 0.0042 * long.at(x, y) + 0.0014 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
-            let ragged = even + 0.0022 * dry * bristles.at(x, y);
+            let dry = smoothstep(dry.at(x, y), 0.9, 1.8);
+            let even = 0.0055 * long.at(x, y) + 0.0014 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
+            let ragged = even + 0.004 * dry * bristles.at(x, y);
             let dissolved = vignette * (0.02 + 0.008 * wide.at(x, y) + 0.004 * fine.at(x, y));
             -corners.at(x, y) + s * (0.006 * (1.0 - vignette.min(1.0)) + ragged - dissolved)
+        })
+    }
+
+    /// How far before the painting's border wash `index` ends, cells: each has its own end, so that the ones below are seen
+    /// there, but where the brush happened to reach the same place.
+    pub fn short_of_border(&self, mounting: &Mounting, seed: u64, index: usize) -> Raster<f32> {
+        if mounting.margin <= 0.0 || mounting.border == Border::Taped || index == 0 {
+            return Raster::new(self.size[0], self.size[1], 0.0);
+        }
+        let noise = |name: &str, sigma: f64| {
+            plane(seed, &format!("border {index}, {name}"), self.size, self.cells(sigma))
+        };
+        let (long, short) = (noise("long", 0.06), noise("short", 0.015));
+        let s = self.long_edge as f32;
+        Raster::by_rows(self.size[0], self.size[1], |x, y| {
+            s * (0.002 + 0.009 * long.at(x, y) + 0.002 * short.at(x, y)).clamp(0.0, 0.03)
         })
     }
 
@@ -197,15 +216,23 @@ impl Mount {
         resized_plane(&short, width, height)
     }
 
-    /// [`Mount::distance`], the border's corners rounded by a radius, a part of the long edge.
-    fn rounded(&self, radius: f64) -> Raster<f32> {
-        let radius = self.cells(radius) as f32;
+    /// [`Mount::distance`], the border's corners rounded, each by a radius of its own.
+    fn rounded(&self, seed: u64) -> Raster<f32> {
+        let key = random::key(seed, random::stage("corners"));
+        let radii = [0i64, 1].map(|below| {
+            [0i64, 1].map(|right| {
+                let radius = random::between(random::at(key, [right, below]), CORNERS[0], CORNERS[1]);
+                self.cells(radius) as f32
+            })
+        });
         let inside = |cell: usize, of: usize| {
             let (first, last) = (self.origin as f32, (self.origin + of) as f32 - 1.0);
-            radius - (cell as f32 - first).min(last - cell as f32)
+            ((cell as f32 - first).min(last - cell as f32), usize::from(2 * cell >= 2 * self.origin + of))
         };
         Raster::by_rows(self.size[0], self.size[1], |x, y| {
-            let (dx, dy) = (inside(x, self.photo[0]), inside(y, self.photo[1]));
+            let ((x, right), (y, below)) = (inside(x, self.photo[0]), inside(y, self.photo[1]));
+            let radius = radii[below][right];
+            let (dx, dy) = (radius - x, radius - y);
             if dx > 0.0 && dy > 0.0 { libm::hypotf(dx, dy) - radius } else { dx.max(dy) - radius }
         })
     }

@@ -73,7 +73,7 @@ parameters! {
             acts: Simulation, doc: "How far tones step, at the edges of later washes and where the photograph is soft, rather than fade.", source: "custom",
         }
         turbulence: f64 {
-            symbol: "", label: "Turbulence", unit: "1", default: 1.3, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            symbol: "", label: "Turbulence", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.0, 2.0),
             acts: Simulation, doc: "How unevenly water and pigment are laid.", source: "custom",
         }
         granulation: f64 {

@@ -2,14 +2,14 @@
 
 use girtin_grid::Raster;
 use girtin_grid::blur::{gaussian, gaussian_plane};
-use girtin_grid::morphology::dilated;
+use girtin_grid::morphology::{dilated, eroded};
 use girtin_grid::resize::resized_plane;
 
 use crate::abstraction::abstracted;
 use crate::accidents::{noise, plane, smoothstep};
 use crate::attention::attention;
 use crate::lines::{ink, lights, warped};
-use crate::mount::Mount;
+use crate::mount::{Mount, Mounting};
 use crate::painter::Request;
 use crate::regions;
 use crate::settings::PhotoParams;
@@ -30,6 +30,10 @@ const EDGE: [f32; 2] = [3.0, 9.0];
 /// How much what steps less than an edge counts as soft where nothing is drawn exactly.
 const MODELLED: f32 = 0.2;
 
+/// A tier of tones, a part of the photograph's range of lightness, and how far its border strays, parts of a tier.
+pub const TIER: f32 = 0.21;
+const STRAY: f32 = 0.35;
+
 /// Rasters of the sheet's cells.
 pub type Plane = Raster<f32>;
 /// Lab or linear colors of the sheet's cells.
@@ -44,6 +48,8 @@ pub struct Study<'a> {
     pub seed: u64,
     /// Where it lies on the sheet.
     pub mount: Mount,
+    /// How it ends there.
+    pub mounting: Mounting,
     /// The photograph in Lab.
     pub photo: Colors,
     /// The tones it is painted in.
@@ -58,7 +64,7 @@ pub struct Study<'a> {
     pub steps: Plane,
     /// How rough the photograph is, 0 to 1.
     pub rough: Plane,
-    /// Unevenness of where tones step, of variance 1.
+    /// How far the borders stray where tones step, Lab.
     pub stray_tone: Plane,
     /// Unevenness of hue, of variance 1.
     pub drift: Raster<[f32; 2]>,
@@ -111,6 +117,7 @@ impl<'a> Study<'a> {
         let mut study = Self {
             params,
             seed: request.seed,
+            mounting: request.mounting,
             abstractions: vec![
                 abstracted(&broad, &times(2.0)),
                 broad,
@@ -123,7 +130,7 @@ impl<'a> Study<'a> {
             exact,
             sharp,
             tones,
-            stray_tone: plane(request.seed, "tiers", mount.size, mount.cells(0.02)),
+            stray_tone: stray_tone(request.seed, &photo, STRAY * TIER * tones.range, &mount),
             drift: noise(request.seed, "charging", mount.size, mount.cells(0.05)),
             found: plane(request.seed, "found edges", mount.size, mount.cells(0.05)),
             photo,
@@ -199,6 +206,17 @@ fn sharpness(photo: &Colors, exact: &Plane, mount: &Mount) -> Plane {
         smoothstep(near / far.max(1.0), SHARP[0], SHARP[1]) * (1.0 - modelled)
     });
     gaussian_plane(&sharp, mount.cells(0.004))
+}
+
+/// How far the borders of tiers of tones stray, Lab, `most` in the mean: no farther than tones differ around there, or an
+/// even sky would get islands that nothing in it explains.
+fn stray_tone(seed: u64, photo: &Colors, most: f32, mount: &Mount) -> Plane {
+    let uneven = plane(seed, "tiers", mount.size, mount.cells(0.032));
+    let moments = gaussian(&photo.map(|[l, ..]| [l, l * l]), mount.cells(0.018));
+    let differing = moments.map(|[mean, square]| (square - mean * mean).max(0.0).sqrt());
+    // What is even is so up to its edge.
+    let differing = eroded(&differing, mount.cells(0.025) as usize);
+    Raster::by_rows(photo.width(), photo.height(), |x, y| uneven.at(x, y) * most.min(differing.at(x, y)))
 }
 
 /// The photograph as it would be without the lights that masking fluid covers: washes go over them.
