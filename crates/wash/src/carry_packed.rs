@@ -12,38 +12,71 @@ use crate::region::Run;
 pub fn room(room: &mut [f32], amounts: &[&[f32]], limit: f32, run: Run) {
     let columns = run.first..run.end;
     let room = &mut room[columns.clone()];
-    // Two fields at a time: the last two in one go with the rest of the arithmetic.
-    let (sums, last) = amounts.split_at(amounts.len().saturating_sub(2));
-    let mut sums = sums.iter();
-    match (sums.next(), last) {
-        (None, [g, d]) => finish_room::<false>(room, &g[columns.clone()], &d[columns], 1.0 / limit),
-        (Some(first), [g, d]) => {
-            room.copy_from_slice(&first[columns.clone()]);
-            sums.for_each(|amount| add(room, &amount[columns.clone()]));
-            finish_room::<true>(room, &g[columns.clone()], &d[columns], 1.0 / limit);
+    let of = |amount: usize| &amounts[amount][columns.clone()];
+    let scale = 1.0 / limit;
+    match amounts.len() {
+        0 => room.fill(1.0),
+        2 => room_kernel(room, [0, 1].map(of), scale),
+        4 => room_kernel(room, [0, 1, 2, 3].map(of), scale),
+        6 => room_kernel(room, [0, 1, 2, 3, 4, 5].map(of), scale),
+        all => {
+            sum(room, [0, 1, 2, 3, 4, 5].map(of));
+            (6..all - 2).step_by(2).for_each(|next| add(room, [next, next + 1].map(of)));
+            finish(room, [all - 2, all - 1].map(of), scale);
         }
-        _ => room.fill(1.0),
     }
 }
 
+/// The room beside amounts of few pigments, in one loop: their rows come from far away, and the more of them are asked for at
+/// once the less is waited for each.
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn add(sum: &mut [f32], amount: &[f32]) {
-    for (sum, amount) in sum.iter_mut().zip(amount) {
-        *sum += amount;
-    }
-}
-
-#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn finish_room<const MORE: bool>(room: &mut [f32], g: &[f32], d: &[f32], scale: f32) {
+fn room_kernel<const N: usize>(room: &mut [f32], amounts: [&[f32]; N], scale: f32) {
     let n = room.len();
-    let (g, d) = (&g[..n], &d[..n]);
+    let amounts = amounts.map(|amounts| &amounts[..n]);
     for i in 0..n {
-        let all = if MORE { room[i] + (g[i] + d[i]) } else { g[i] + d[i] };
-        let full = all * scale;
-        let full = full * full;
-        let left = 1.0 - full * full;
-        room[i] = if left > 0.0 { left } else { 0.0 };
+        let mut others = 0.0;
+        for amount in &amounts[..N - 2] {
+            others += amount[i];
+        }
+        let last = amounts[N - 2][i] + amounts[N - 1][i];
+        room[i] = left(if N > 2 { others + last } else { last }, scale);
     }
+}
+
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn sum(sums: &mut [f32], amounts: [&[f32]; 6]) {
+    let n = sums.len();
+    let [a, b, c, d, e, f] = amounts.map(|amounts| &amounts[..n]);
+    for i in 0..n {
+        sums[i] = ((((a[i] + b[i]) + c[i]) + d[i]) + e[i]) + f[i];
+    }
+}
+
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn add(sums: &mut [f32], amounts: [&[f32]; 2]) {
+    let n = sums.len();
+    let [a, b] = amounts.map(|amounts| &amounts[..n]);
+    for i in 0..n {
+        sums[i] = (sums[i] + a[i]) + b[i];
+    }
+}
+
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn finish(room: &mut [f32], amounts: [&[f32]; 2], scale: f32) {
+    let n = room.len();
+    let [a, b] = amounts.map(|amounts| &amounts[..n]);
+    for i in 0..n {
+        room[i] = left(room[i] + (a[i] + b[i]), scale);
+    }
+}
+
+/// What all pigment in a cell leaves of its room.
+#[inline(always)]
+fn left(all: f32, scale: f32) -> f32 {
+    let full = all * scale;
+    let full = full * full;
+    let left = 1.0 - full * full;
+    if left > 0.0 { left } else { 0.0 }
 }
 
 /// How far a sub-step carries and spreads.
@@ -164,38 +197,6 @@ fn flux_kernel(flux: &mut [f32], rows: &FluxRows<'_>, cells: [&[f32]; 2], slopes
     }
 }
 
-/// [`flux`] together with the slopes in the cells after the faces: `cells` are those before and after the faces and
-/// one farther.
-pub fn flux_and_slopes(
-    flux: &mut [f32],
-    slopes_after: &mut [f32],
-    rows: &FluxRows<'_>,
-    cells: [&[f32]; 3],
-    slopes_before: &[f32],
-) {
-    flux_and_slopes_kernel(flux, slopes_after, rows, cells, slopes_before);
-}
-
-#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn flux_and_slopes_kernel(
-    flux: &mut [f32],
-    slopes_after: &mut [f32],
-    rows: &FluxRows<'_>,
-    cells: [&[f32]; 3],
-    slopes_before: &[f32],
-) {
-    let n = flux.len();
-    let (slopes_before, slopes_after) = (&slopes_before[..n], &mut slopes_after[..n]);
-    let (way, lever, mixing) = (&rows.way[..n], &rows.lever[..n], &rows.mixing[..n]);
-    let [before, after, far] = cells.map(|cells| &cells[..n]);
-    for i in 0..n {
-        let slope = slope(after[i] - before[i], far[i] - after[i]);
-        let cells = [before[i], after[i]];
-        flux[i] = through([way[i], lever[i], mixing[i]], cells, [slopes_before[i], slope]);
-        slopes_after[i] = slope;
-    }
-}
-
 /// As [`flux`], by the plain upstream scheme, which blurs what it carries: for pigment that flow mixes at least as much, and
 /// that is mixed by itself afterwards ([`Mixing`](crate::mix_pigment::Mixing)).
 pub fn flux_upstream(flux: &mut [f32], way: &[f32], cells: [&[f32]; 2]) {
@@ -218,26 +219,79 @@ pub fn clear_closed(flux: &mut [f32], mobility: &[f32]) {
     }
 }
 
-/// Adds what flows through the four faces of each cell of one row.
+/// Adds what flows through the four faces of each cell of one row, and finds what flows down.
+///
+/// All in one loop: what flows down is needed once more, for the row below, and so is the slope that decides on it.
 ///
 /// # Shapes and units
-/// Rows that begin at the run's first cell; `across` has one face more.
+/// Rows that begin at the run's first cell. `across`: flux through the faces between cells, one more than cells. `down`:
+/// flux through the faces above the row, and then through those below it, which `faces` describes. `slopes`: within the
+/// cells of the row down the sheet, and then within those of the row below. `below`: amounts in the next two rows.
 ///
 /// # Guarantees
 /// Amounts stay ≥ 0 while the sub-steps are as short as [`substep_speed`] asks for.
-pub fn gather(suspended: &mut [f32], across: &[f32], above: &[f32], below: &[f32]) {
-    gather_kernel(suspended, across, above, below);
+pub fn gather(
+    suspended: &mut [f32],
+    down: &mut [f32],
+    slopes: &mut [f32],
+    across: &[f32],
+    faces: &FluxRows<'_>,
+    below: [&[f32]; 2],
+) {
+    gather_kernel(suspended, down, slopes, across, faces, below);
 }
 
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
-fn gather_kernel(suspended: &mut [f32], across: &[f32], above: &[f32], below: &[f32]) {
+fn gather_kernel(
+    suspended: &mut [f32],
+    down: &mut [f32],
+    slopes: &mut [f32],
+    across: &[f32],
+    faces: &FluxRows<'_>,
+    [below, far]: [&[f32]; 2],
+) {
     let n = suspended.len();
-    let (across, above, below) = (&across[..n + 1], &above[..n], &below[..n]);
+    let (down, slopes) = (&mut down[..n], &mut slopes[..n]);
+    let (before, after) = (&across[..n], &across[1..][..n]);
+    let (way, lever, mixing) = (&faces.way[..n], &faces.lever[..n], &faces.mixing[..n]);
+    let (below, far) = (&below[..n], &far[..n]);
     for i in 0..n {
-        let gained = (across[i] - across[i + 1]) + (above[i] - below[i]);
-        let moved = suspended[i] + gained;
-        suspended[i] = if moved > 0.0 { moved } else { 0.0 }; // rounding may undercut 0 by one unit
+        let cells = [suspended[i], below[i]];
+        let slope_below = slope(cells[1] - cells[0], far[i] - cells[1]);
+        let leaving = through([way[i], lever[i], mixing[i]], cells, [slopes[i], slope_below]);
+        suspended[i] = gathered(cells[0], [before[i], after[i], down[i], leaving]);
+        (down[i], slopes[i]) = (leaving, slope_below);
     }
+}
+
+/// As [`gather`], by the plain upstream scheme.
+pub fn gather_upstream(suspended: &mut [f32], down: &mut [f32], across: &[f32], way: &[f32], below: &[f32]) {
+    gather_upstream_kernel(suspended, down, across, way, below);
+}
+
+#[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
+fn gather_upstream_kernel(
+    suspended: &mut [f32],
+    down: &mut [f32],
+    across: &[f32],
+    way: &[f32],
+    below: &[f32],
+) {
+    let n = suspended.len();
+    let (down, way, below) = (&mut down[..n], &way[..n], &below[..n]);
+    let (before, after) = (&across[..n], &across[1..][..n]);
+    for i in 0..n {
+        let leaving = way[i] * if way[i] > 0.0 { suspended[i] } else { below[i] };
+        suspended[i] = gathered(suspended[i], [before[i], after[i], down[i], leaving]);
+        down[i] = leaving;
+    }
+}
+
+/// An amount with what flows through the faces before and after, above and below.
+#[inline(always)]
+fn gathered(amount: f32, [before, after, above, below]: [f32; 4]) -> f32 {
+    let moved = amount + ((before - after) + (above - below));
+    if moved > 0.0 { moved } else { 0.0 } // rounding may undercut 0 by one unit
 }
 
 /// The speed that decides on sub-steps: van Leer's scheme needs half the upwind step, mixing and diffusion their own.

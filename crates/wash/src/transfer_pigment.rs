@@ -50,12 +50,14 @@ fn transfer_kernel<const ALL_WET: bool>(
     for i in 0..n {
         let down = g[i] * (1.0 - h[i] * granulation) * settling;
         let up = d[i] * (1.0 + (h[i] - 1.0) * granulation) * lifting;
-        // Neither the water nor the paper takes more than 1.
-        let room = 1.0 - d[i];
-        let down = if d[i] + down > 1.0 { if room > 0.0 { room } else { 0.0 } } else { down };
-        let room = 1.0 - g[i];
-        let up = if g[i] + up > 1.0 { if room > 0.0 { room } else { 0.0 } } else { up };
-        let (settled, left) = (d[i] + (down - up), g[i] + (up - down));
+        // Neither the water nor the paper takes more than 1. By `max`, for an `if` in an `if` becomes two masks.
+        let room = (1.0 - d[i]).max(0.0);
+        let down = if d[i] + down > 1.0 { room } else { down };
+        let room = (1.0 - g[i]).max(0.0);
+        let up = if g[i] + up > 1.0 { room } else { up };
+        // Of the one goes what comes to the other.
+        let net = down - up;
+        let (settled, left) = (d[i] + net, g[i] - net);
         let settled = if settled > 0.0 { settled } else { 0.0 };
         let left = if left > 0.0 { left } else { 0.0 };
         d[i] = if ALL_WET || m[i] != 0 { settled } else { d[i] };

@@ -135,6 +135,29 @@ impl<T: Copy> Rows<'_, T> {
         self.at_mut(row * self.stride(), self.stride())
     }
 
+    /// One row to change, and the two below it.
+    ///
+    /// # Panics
+    /// As [`Rows::at_mut`].
+    pub fn row_mut_and_two_below(&mut self, row: usize) -> [&mut [T]; 3] {
+        let Self::Banded { stride, start, above, own, below } = self else {
+            panic!("a pass changes a field that it did not name");
+        };
+        let mut before = row * *stride - (*start - above.len());
+        let mut pieces = [&mut **above, own, below].map(|piece| {
+            let skipped = before.min(piece.len());
+            before -= skipped;
+            &mut piece[skipped..]
+        });
+        [(); 3].map(|()| {
+            let last = pieces.len() - 1;
+            let at = pieces.iter().position(|piece| !piece.is_empty()).unwrap_or(last);
+            let (row, rest) = std::mem::take(&mut pieces[at]).split_at_mut(*stride);
+            pieces[at] = rest;
+            row
+        })
+    }
+
     /// One row to change, and the one below it.
     ///
     /// # Panics

@@ -166,11 +166,11 @@ pub struct PoreScratch {
 /// What the packed transport of a pigment keeps.
 #[derive(Debug)]
 pub struct CarryScratch {
-    /// Fluxes through the faces between the cells of a row, above and below it.
+    /// Fluxes through the faces between the cells of a row, and above it.
     pub across: Aligned<f32>,
     pub above: Aligned<f32>,
-    pub below: Aligned<f32>,
-    /// Slopes within the cells along the row, and down it within those of the row and of the one below.
+    /// Slopes within the cells along the row, and down the sheet within those of the row and, where its runs are others,
+    /// of the one below.
     pub slopes_across: Aligned<f32>,
     pub slopes: Aligned<f32>,
     pub slopes_below: Aligned<f32>,
@@ -349,7 +349,6 @@ impl Scratch {
         self.carry.resize_with(pigments.max(self.carry.len()), || CarryScratch {
             across: row(),
             above: row(),
-            below: row(),
             slopes_across: row(),
             slopes: row(),
             slopes_below: row(),

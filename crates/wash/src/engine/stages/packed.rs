@@ -3,7 +3,7 @@
 use girtin_grid::Layout;
 
 use crate::carry_packed::{
-    FaceRows, Spread, clear_closed, flux, flux_and_slopes, flux_upstream, gather, prepare, room, slopes,
+    FaceRows, Spread, clear_closed, flux, flux_upstream, gather, gather_upstream, prepare, room, slopes,
 };
 use crate::engine::rows::Rows;
 use crate::engine::scratch::{CarryScratch, FluxScratch};
@@ -95,64 +95,68 @@ impl Carrying<'_> {
         let runs = self.wet.runs(row);
         let [across, above, below] = self.flux;
         if self.is_first {
-            if !self.is_upstream {
-                let cells = [self.inside(row - 1, row.saturating_sub(2)), row - 1, row];
-                find_slopes(&mut kept.slopes_below, cells.map(|row| suspended.row(row)), runs);
-            }
-            self.fall(row, suspended, above, kept, runs);
-        }
-        self.fall(row + 1, suspended, below, kept, runs);
-        if !self.is_first && runs != self.wet.runs(row - 1) {
+            self.begin(row, suspended, above, kept);
+        } else if runs != self.wet.runs(row - 1) {
             // Nothing flows from cells that are dry in the row above; there no flux was found.
             for run in runs {
                 let columns = run.first..run.end;
                 clear_closed(&mut kept.above[columns.clone()], &self.mobility_above[columns]);
             }
         }
+        let runs_below = self.wet.runs(row + 1);
+        if !self.is_upstream && runs != runs_below {
+            let cells = self.around(row + 1).map(|row| suspended.row(row));
+            find_slopes(&mut kept.slopes_below, cells, runs_below);
+        }
         let cells = suspended.row(row);
         for &run in runs {
             self.across(cells, across, kept, run);
         }
-        let amounts = suspended.row_mut(row);
+        let is_inside = self.layout.rows().contains(&(row + 2));
+        let [amounts, next, far] = suspended.row_mut_and_two_below(row);
+        // Beyond the canvas' edge lies what lies at it: no slope there.
+        let far = if is_inside { far } else { &*next };
         for run in runs {
             let columns = run.first..run.end;
-            gather(
-                &mut amounts[columns.clone()],
-                &kept.across[run.first..=run.end],
-                &kept.above[columns.clone()],
-                &kept.below[columns],
-            );
+            let (amounts, down) = (&mut amounts[columns.clone()], &mut kept.above[columns.clone()]);
+            let (across, faces) = (&kept.across[run.first..=run.end], below.of(columns.clone()));
+            if self.is_upstream {
+                gather_upstream(amounts, down, across, faces.way, &next[columns]);
+            } else {
+                let below = [&next[columns.clone()], &far[columns.clone()]];
+                gather(amounts, down, &mut kept.slopes[columns], across, &faces, below);
+            }
+        }
+        if runs != runs_below {
+            std::mem::swap(&mut kept.slopes, &mut kept.slopes_below);
         }
     }
 
-    /// Fluxes through the faces above row `row`, which are from now on those below; the last ones are above.
-    fn fall(
-        &self,
-        row: usize,
-        suspended: &Rows<'_, f32>,
-        faces: &FluxScratch,
-        kept: &mut CarryScratch,
-        runs: &[Run],
-    ) {
-        std::mem::swap(&mut kept.above, &mut kept.below);
-        std::mem::swap(&mut kept.slopes, &mut kept.slopes_below);
-        // Beyond the canvas' edge lies what lies at it: no slope there.
-        let cells = [self.inside(row, row - 1), row, self.inside(row, row + 1)].map(|row| suspended.row(row));
-        let runs_below = self.wet.runs(row);
-        if !self.is_upstream && runs != runs_below {
-            find_slopes(&mut kept.slopes_below, cells, runs_below);
+    /// What comes from above, and the slopes within the cells of the first row.
+    fn begin(&self, row: usize, suspended: &Rows<'_, f32>, faces: &FluxScratch, kept: &mut CarryScratch) {
+        let runs = self.wet.runs(row);
+        if !self.is_upstream {
+            let slopes = [(&mut kept.slopes_below, row - 1), (&mut kept.slopes, row)];
+            for (slopes, row) in slopes {
+                find_slopes(slopes, self.around(row).map(|row| suspended.row(row)), runs);
+            }
         }
         for run in runs {
             let columns = run.first..run.end;
-            let (out, cells) = (&mut kept.below[columns.clone()], cells.map(|cells| &cells[columns.clone()]));
-            let rows = faces.of(columns.clone());
+            let (out, rows) = (&mut kept.above[columns.clone()], faces.of(columns.clone()));
+            let cells = [row - 1, row].map(|row| &suspended.row(row)[columns.clone()]);
             if self.is_upstream {
-                flux_upstream(out, rows.way, [cells[0], cells[1]]);
+                flux_upstream(out, rows.way, cells);
             } else {
-                let slopes_below = &mut kept.slopes_below[columns.clone()];
-                flux_and_slopes(out, slopes_below, &rows, cells, &kept.slopes[columns]);
+                let slopes = [&kept.slopes_below, &kept.slopes].map(|slopes| &slopes[columns.clone()]);
+                flux(out, &rows, cells, slopes);
             }
         }
+    }
+
+    /// A row between those beside it, or itself where those are beyond the canvas' edge: no slope there.
+    fn around(&self, row: usize) -> [usize; 3] {
+        [self.inside(row, row.saturating_sub(1)), row, self.inside(row, row + 1)]
     }
 
     /// Fluxes through the faces before each cell of a run and behind its last.
