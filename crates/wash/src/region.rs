@@ -167,6 +167,13 @@ impl Region {
         &self.rows[row]
     }
 
+    /// Whether a run of the row above has all columns of a run of this row.
+    pub fn is_below_one(&self, row: usize, run: Run) -> bool {
+        let above = &self.rows[row - 1];
+        let at = above.partition_point(|above| above.end < run.end);
+        above.get(at).is_some_and(|above| above.first <= run.first)
+    }
+
     /// The rows that may have runs.
     pub fn active(&self) -> Range<usize> {
         self.active.clone()

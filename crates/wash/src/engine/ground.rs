@@ -5,6 +5,8 @@
 //! and those above and below them see, one stretch after the other, so that strokes stream through the processor like a
 //! wash that is wet all over. Kernels do not know: they see a window around a run.
 
+use std::ops::Range;
+
 use girtin_grid::{Field, Layout};
 
 use crate::region::{Region, Run, VECTOR};
@@ -27,7 +29,7 @@ struct Packing {
     /// Where each row begins, and where the last one ends.
     starts: Vec<usize>,
     stretches: Vec<Vec<Stretch>>,
-    /// Where the window of each run begins in the row above, its own and the one below.
+    /// Where the window of each run begins in the row above, its own and the one below, from where the row begins.
     windows: Vec<Vec<[usize; 3]>>,
 }
 
@@ -50,28 +52,50 @@ pub struct Window {
     /// Field column of the window's first cell, for rows that lie as on the canvas.
     pub column: usize,
     /// Number of cells.
-    pub len: usize,
-    /// Where the window begins in the row above.
-    pub above: usize,
-    /// Where it begins in its row.
-    pub here: usize,
-    /// Where it begins in the row below.
-    pub below: usize,
+    len: usize,
+    /// Where the window begins in the row above, its own and the one below.
+    starts: [usize; 3],
 }
 
 impl Window {
-    fn new(run: Run, [above, here, below]: [usize; 3]) -> Self {
+    fn new(run: Run, starts: [usize; 3]) -> Self {
         let len = run.len();
         let relative = Run { first: BEFORE, end: BEFORE + len, all_wet: run.all_wet };
-        Self { run: relative, column: run.first - BEFORE, len: BEFORE + len + BEHIND, above, here, below }
+        Self { run: relative, column: run.first - BEFORE, len: BEFORE + len + BEHIND, starts }
+    }
+
+    /// Its part of the row above.
+    #[inline]
+    pub fn above<'a, T>(&self, row: &'a [T]) -> &'a [T] {
+        &row[self.starts[0]..][..self.len]
+    }
+
+    /// Its part of its own row.
+    #[inline]
+    pub fn here<'a, T>(&self, row: &'a [T]) -> &'a [T] {
+        &row[self.starts[1]..][..self.len]
+    }
+
+    /// The same, to change.
+    #[inline]
+    pub fn here_mut<'a, T>(&self, row: &'a mut [T]) -> &'a mut [T] {
+        &mut row[self.starts[1]..][..self.len]
+    }
+
+    /// Its part of the row below.
+    #[inline]
+    pub fn below<'a, T>(&self, row: &'a [T]) -> &'a [T] {
+        &row[self.starts[2]..][..self.len]
     }
 
     /// The window of a row that lies as on the canvas.
+    #[inline]
     pub fn of<'a, T>(&self, row: &'a [T]) -> &'a [T] {
         &row[self.column..][..self.len]
     }
 
     /// The same, to change.
+    #[inline]
     pub fn of_mut<'a, T>(&self, row: &'a mut [T]) -> &'a mut [T] {
         &mut row[self.column..][..self.len]
     }
@@ -126,8 +150,10 @@ impl Ground {
         stretches.iter_mut().flatten().for_each(|stretch| stretch.start += offset);
         let mut packing = Packing { layout, starts, stretches, windows: vec![Vec::new(); rows.end] };
         for row in active {
-            let of_run =
-                |run: &Run| [row - 1, row, row + 1].map(|row| packing.place(row, run.first - BEFORE));
+            let of_run = |run: &Run| {
+                [row - 1, row, row + 1]
+                    .map(|row| packing.place(row, run.first - BEFORE) - packing.starts[row])
+            };
             packing.windows[row] = region.runs(row).iter().map(of_run).collect();
         }
         Self { canvas, packing: Some(packing) }
@@ -151,6 +177,25 @@ impl Ground {
         }
     }
 
+    /// A row of a field.
+    pub fn row<'a, T: Copy>(&self, field: &'a Field<T>, row: usize) -> &'a [T] {
+        &field.values()[self.span(row)]
+    }
+
+    /// Where a row lies that a run sees.
+    #[inline]
+    pub fn span(&self, row: usize) -> Range<usize> {
+        match &self.packing {
+            None => row * self.canvas.stride()..(row + 1) * self.canvas.stride(),
+            Some(packing) => packing.starts[row]..packing.starts[row + 1],
+        }
+    }
+
+    /// Whether rows hold nothing but what runs see.
+    pub fn is_packed(&self) -> bool {
+        self.packing.is_some()
+    }
+
     /// Where a cell lies; it must be kept.
     pub fn place(&self, row: usize, column: usize) -> usize {
         match &self.packing {
@@ -162,16 +207,8 @@ impl Ground {
     /// The windows of a row's runs.
     pub fn windows<'a>(&'a self, region: &'a Region, row: usize) -> impl Iterator<Item = Window> + use<'a> {
         let windows = self.packing.as_ref().map(|packing| &packing.windows[row]);
-        let stride = self.canvas.stride();
         region.runs(row).iter().enumerate().map(move |(number, &run)| {
-            let starts = windows.map_or_else(
-                || {
-                    let here = row * stride + run.first - BEFORE;
-                    [here - stride, here, here + stride]
-                },
-                |windows| windows[number],
-            );
-            Window::new(run, starts)
+            Window::new(run, windows.map_or([run.first - BEFORE; 3], |windows| windows[number]))
         })
     }
 
@@ -192,7 +229,7 @@ impl Ground {
     }
 
     /// Row, field columns and place of whatever is kept.
-    fn stretches(&self, mut each: impl FnMut(usize, std::ops::Range<usize>, usize)) {
+    fn stretches(&self, mut each: impl FnMut(usize, Range<usize>, usize)) {
         let Some(packing) = &self.packing else { return };
         for (row, stretches) in packing.stretches.iter().enumerate() {
             for stretch in stretches {
@@ -225,13 +262,10 @@ mod tests {
         assert!(ground.layout().width() < 900 * 40 / 2, "it is smaller");
         for row in region.active() {
             for window in ground.windows(&region, row) {
-                for (row, start) in [(row - 1, window.above), (row, window.here), (row + 1, window.below)] {
-                    assert_eq!(
-                        packed.values()[start..][..window.len],
-                        *window.of(values.row(row)),
-                        "row {row}"
-                    );
-                    assert!(ground.start(row) <= start && start + window.len <= ground.start(row + 1));
+                let seen = [row - 1, row, row + 1].map(|row| ground.row(&packed, row));
+                let seen = [window.above(seen[0]), window.here(seen[1]), window.below(seen[2])];
+                for (row, seen) in (row - 1..).zip(seen) {
+                    assert_eq!(seen, window.of(values.row(row)), "row {row}");
                 }
             }
         }

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use super::Task;
 use super::facts::RowFacts;
-use super::ground::{Ground, Window};
+use super::ground::Ground;
 use super::pipeline::{depth, descend};
 use super::rows::{Halo, Rows, share};
 use super::scratch::Scratch;
@@ -263,10 +263,10 @@ impl Pool {
         if task.living.is_some() {
             return;
         }
-        let height = self.state.height.values();
-        for Window { run, above, here, len, .. } in self.ground.windows(&self.wet, row) {
-            let (above, here) = (&height[above..][..len], &height[here..][..len]);
-            for x in run.first..run.end {
+        let height = [row - 1, row].map(|row| self.ground.row(&self.state.height, row));
+        for window in self.ground.windows(&self.wet, row) {
+            let (above, here) = (window.above(height[0]), window.here(height[1]));
+            for x in window.run.first..window.run.end {
                 let slope = (here[x] - here[x - 1]).abs().max((here[x] - above[x]).abs());
                 self.steepest = self.steepest.max(task.slope_scale * slope);
             }
@@ -457,7 +457,7 @@ fn water_mut(state: &mut WashState) -> impl Iterator<Item = &mut Field<f32>> {
 /// [`share`] for a field of every pigment.
 fn share_all<'a>(
     fields: &'a mut [Field<f32>],
-    ground: &Ground,
+    ground: &'a Ground,
     cuts: &[usize],
     halos: &'a mut Vec<Vec<Halo<f32>>>,
     depth: Option<usize>,

@@ -31,17 +31,20 @@ impl<T: Copy> Halo<T> {
     }
 }
 
-/// A field as one band sees it: windows by their place in the field, or rows by their number.
-///
-/// Where the ground is packed there are no whole rows.
+/// A field as one band sees it.
 #[derive(Debug)]
 pub enum Rows<'a, T> {
     /// A field that nobody changes meanwhile.
-    Shared(&'a Field<T>),
+    Shared {
+        /// How its rows lie.
+        ground: &'a Ground,
+        /// The field.
+        field: &'a Field<T>,
+    },
     /// The band's own rows, in place, between copies of its neighbours'.
     Banded {
-        /// Values from one row to the next.
-        stride: usize,
+        /// How the field's rows lie.
+        ground: &'a Ground,
         /// Where the first own row begins in the field.
         start: usize,
         /// Rows above the band's.
@@ -58,7 +61,7 @@ impl<T: Copy> Rows<'_, T> {
     #[inline]
     pub fn at(&self, place: usize, len: usize) -> &[T] {
         match self {
-            Self::Shared(field) => &field.values()[place..][..len],
+            Self::Shared { field, .. } => &field.values()[place..][..len],
             Self::Banded { start, above, own, below, .. } => match place.checked_sub(*start) {
                 None => &above[above.len() - (start - place)..][..len],
                 Some(place) if place < own.len() => &own[place..][..len],
@@ -74,7 +77,7 @@ impl<T: Copy> Rows<'_, T> {
     #[inline]
     pub fn at_mut(&mut self, place: usize, len: usize) -> &mut [T] {
         match self {
-            Self::Shared(_) => panic!("a pass changes a field that it did not name"),
+            Self::Shared { .. } => panic!("a pass changes a field that it did not name"),
             Self::Banded { start, above, own, below, .. } => match place.checked_sub(*start) {
                 None => {
                     let place = above.len() - (*start - place);
@@ -86,53 +89,58 @@ impl<T: Copy> Rows<'_, T> {
         }
     }
 
-    /// The values from one place on to change, and those from a place in the row below.
-    ///
-    /// # Panics
-    /// As [`Rows::at_mut`].
     #[inline]
-    pub fn at_mut_and_below(&mut self, place: usize, place_below: usize, len: usize) -> (&mut [T], &[T]) {
+    fn span(&self, row: usize) -> Range<usize> {
         match self {
-            Self::Shared(_) => panic!("a pass changes a field that it did not name"),
-            Self::Banded { start, above, own, below, .. } => {
-                let (own_start, own_end) = (*start, *start + own.len());
-                let (rows, start, next) = if place < own_start {
-                    let start = own_start - above.len();
-                    (&mut **above, start, &**own)
-                } else if place < own_end {
-                    (&mut **own, own_start, &**below)
-                } else {
-                    (&mut **below, own_end, &[][..])
-                };
-                let end = start + rows.len();
-                if place_below < end {
-                    let (here, after) = rows[place - start..].split_at_mut(place_below - place);
-                    (&mut here[..len], &after[..len])
-                } else {
-                    (&mut rows[place - start..][..len], &next[place_below - end..][..len])
-                }
-            }
-        }
-    }
-
-    fn stride(&self) -> usize {
-        match self {
-            Self::Shared(field) => field.layout().stride(),
-            Self::Banded { stride, .. } => *stride,
+            Self::Shared { ground, .. } | Self::Banded { ground, .. } => ground.span(row),
         }
     }
 
     /// One row.
+    #[inline]
     pub fn row(&self, row: usize) -> &[T] {
-        self.at(row * self.stride(), self.stride())
+        let span = self.span(row);
+        self.at(span.start, span.len())
     }
 
     /// One row, to change.
     ///
     /// # Panics
     /// As [`Rows::at_mut`].
+    #[inline]
     pub fn row_mut(&mut self, row: usize) -> &mut [T] {
-        self.at_mut(row * self.stride(), self.stride())
+        let span = self.span(row);
+        self.at_mut(span.start, span.len())
+    }
+
+    /// One row to change, and the one below it.
+    ///
+    /// # Panics
+    /// As [`Rows::at_mut`].
+    #[inline]
+    pub fn row_mut_and_below(&mut self, row: usize) -> (&mut [T], &[T]) {
+        let (here, below) = (self.span(row), self.span(row + 1));
+        match self {
+            Self::Shared { .. } => panic!("a pass changes a field that it did not name"),
+            Self::Banded { start, above, own, below: rows_below, .. } => {
+                let (own_start, own_end) = (*start, *start + own.len());
+                let (rows, start, next) = if here.start < own_start {
+                    let start = own_start - above.len();
+                    (&mut **above, start, &**own)
+                } else if here.start < own_end {
+                    (&mut **own, own_start, &**rows_below)
+                } else {
+                    (&mut **rows_below, own_end, &[][..])
+                };
+                let (first, is_apart) = (here.start - start, below.start == start + rows.len());
+                if is_apart {
+                    (&mut rows[first..], &next[..below.len()])
+                } else {
+                    let (here, after) = rows[first..].split_at_mut(here.len());
+                    (here, &after[..below.len()])
+                }
+            }
+        }
     }
 
     /// One row to change, and the two below it.
@@ -140,37 +148,49 @@ impl<T: Copy> Rows<'_, T> {
     /// # Panics
     /// As [`Rows::at_mut`].
     pub fn row_mut_and_two_below(&mut self, row: usize) -> [&mut [T]; 3] {
-        let Self::Banded { stride, start, above, own, below } = self else {
-            panic!("a pass changes a field that it did not name");
-        };
-        let mut before = row * *stride - (*start - above.len());
-        let mut pieces = [&mut **above, own, below].map(|piece| {
-            let skipped = before.min(piece.len());
-            before -= skipped;
-            &mut piece[skipped..]
-        });
-        [(); 3].map(|()| {
-            let last = pieces.len() - 1;
-            let at = pieces.iter().position(|piece| !piece.is_empty()).unwrap_or(last);
-            let (row, rest) = std::mem::take(&mut pieces[at]).split_at_mut(*stride);
-            pieces[at] = rest;
-            row
-        })
+        let [here, below, far] = [row, row + 1, row + 2].map(|row| self.span(row).len());
+        let mut pieces = self.pieces_from(row);
+        [next_row(&mut pieces, here), next_row(&mut pieces, below), next_row(&mut pieces, far)]
     }
 
-    /// One row to change, and the one below it.
-    ///
-    /// # Panics
-    /// As [`Rows::at_mut`].
-    pub fn row_mut_and_below(&mut self, row: usize) -> (&mut [T], &[T]) {
-        self.at_mut_and_below(row * self.stride(), (row + 1) * self.stride(), self.stride())
+    /// A row and all below it, in pieces.
+    #[inline]
+    fn pieces_from(&mut self, row: usize) -> [&mut [T]; 3] {
+        let place = self.span(row).start;
+        match self {
+            Self::Shared { .. } => panic!("a pass changes a field that it did not name"),
+            Self::Banded { start, above, own, below, .. } => match place.checked_sub(*start) {
+                None => {
+                    let place = above.len() - (*start - place);
+                    [&mut above[place..], own, below]
+                }
+                Some(place) if place < own.len() => [&mut own[place..], below, &mut []],
+                Some(place) => [&mut below[place - own.len()..], &mut [], &mut []],
+            },
+        }
     }
+}
+
+/// Cuts a row off the pieces of a field.
+#[inline]
+fn next_row<'a, T>(pieces: &mut [&'a mut [T]; 3], len: usize) -> &'a mut [T] {
+    let [first, second, third] = pieces;
+    let piece = if !first.is_empty() {
+        first
+    } else if !second.is_empty() {
+        second
+    } else {
+        third
+    };
+    let (row, rest) = std::mem::take(piece).split_at_mut(len);
+    *piece = rest;
+    row
 }
 
 /// A field for every band: cut at the rows `cuts`, with `depth` rows of halo, if it is to be changed; else shared.
 pub fn share<'a, T: Copy>(
     field: &'a mut Field<T>,
-    ground: &Ground,
+    ground: &'a Ground,
     cuts: &[usize],
     halos: &'a mut Vec<Halo<T>>,
     depth: Option<usize>,
@@ -178,13 +198,12 @@ pub fn share<'a, T: Copy>(
     let bands = cuts.len() - 1;
     let Some(depth) = depth else {
         let field: &'a Field<T> = field;
-        return (0..bands).map(|_| Rows::Shared(field)).collect();
+        return (0..bands).map(|_| Rows::Shared { ground, field }).collect();
     };
     halos.resize_with(halos.len().max(bands), Halo::default);
     for (halo, cut) in halos.iter_mut().zip(cuts.windows(2)) {
         halo.save(field, ground, cut[0], cut[1], depth);
     }
-    let stride = field.layout().stride();
     let mut rest = &mut field.values_mut()[ground.start(cuts[0])..];
     let banded = cuts.windows(2).zip(halos.iter_mut());
     banded
@@ -192,7 +211,7 @@ pub fn share<'a, T: Copy>(
             let [start, end] = [cut[0], cut[1]].map(|row| ground.start(row));
             let (own, after) = std::mem::take(&mut rest).split_at_mut(end - start);
             rest = after;
-            Rows::Banded { stride, start, above: &mut halo.above, own, below: &mut halo.below }
+            Rows::Banded { ground, start, above: &mut halo.above, own, below: &mut halo.below }
         })
         .collect()
 }
@@ -212,7 +231,8 @@ mod tests {
         }
         let cuts = [1, 4, 10];
         let mut halos = Vec::new();
-        for mut rows in share(&mut field, &Ground::canvas(layout), &cuts, &mut halos, Some(2)) {
+        let ground = Ground::canvas(layout);
+        for mut rows in share(&mut field, &ground, &cuts, &mut halos, Some(2)) {
             for row in 3..=4 {
                 assert_eq!(rows.row(row)[0], row as f32);
                 let (here, below) = rows.row_mut_and_below(row);

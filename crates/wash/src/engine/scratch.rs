@@ -17,7 +17,8 @@ const ROWS_BETWEEN: usize = (ROWS_AT_ONCE + 3).next_power_of_two();
 /// No row has this number.
 const NONE: usize = usize::MAX;
 
-/// A copy of the runs of one row and of [`BEFORE`] cells on both sides of them, 0 elsewhere.
+/// A copy of one row: of all of it where rows are packed, else of its runs and of [`BEFORE`] cells on both sides of them, with
+/// 0 elsewhere.
 #[derive(Debug)]
 pub struct Slot {
     pub values: Aligned<f32>,
@@ -31,7 +32,13 @@ impl Slot {
     }
 
     fn take(&mut self, region: &Region, ground: &Ground, row: usize, field: &Rows<'_, f32>) {
-        let runs = region.runs(row);
+        self.row = row;
+        if ground.is_packed() {
+            // One long copy is faster than some short ones.
+            let cells = field.row(row);
+            return self.values[..cells.len()].copy_from_slice(cells);
+        }
+        let (cells, runs) = (field.row(row), region.runs(row));
         if self.runs != runs {
             for run in &self.runs {
                 self.values[run.first - BEFORE..run.end + BEFORE].fill(0.0);
@@ -39,11 +46,10 @@ impl Slot {
             self.runs.clear();
             self.runs.extend_from_slice(runs);
         }
-        for window in ground.windows(region, row) {
-            let cells = window.run.len() + 2 * BEFORE;
-            self.values[window.column..][..cells].copy_from_slice(field.at(window.here, cells));
+        for run in runs {
+            let columns = run.first - BEFORE..run.end + BEFORE;
+            self.values[columns.clone()].copy_from_slice(&cells[columns]);
         }
-        self.row = row;
     }
 }
 

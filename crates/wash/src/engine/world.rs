@@ -5,7 +5,7 @@ use std::ops::{BitOr, Range};
 use girtin_grid::Field;
 
 use super::facts::RowFacts;
-use super::ground::{Ground, Window};
+use super::ground::Ground;
 use super::rows::Rows;
 use super::scratch::Scratch;
 use super::stage::Stage;
@@ -184,12 +184,6 @@ impl<'a> World<'a> {
     pub fn wet_runs(&self, row: usize) -> &'a [Run] {
         let wet: &'a Region = self.wet;
         wet.runs(row)
-    }
-
-    /// Windows around the runs of wet cells of a row.
-    pub fn wet_windows(&self, row: usize) -> impl Iterator<Item = Window> + use<'a> {
-        let (ground, wet): (&'a Ground, &'a Region) = (self.ground, self.wet);
-        ground.windows(wet, row)
     }
 
     /// The runs of damp cells of a row.

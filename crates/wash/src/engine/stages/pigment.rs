@@ -1,37 +1,35 @@
 //! Rows for the routines that move pigment.
 
-use super::water::flow_in;
-use crate::engine::ground::Window;
+use super::water::{flow_in, flow_rows};
 use crate::engine::world::World;
 use crate::move_pigment::{SuspendedRows, carry};
 use crate::transfer_pigment::transfer;
 
 impl World<'_> {
     pub fn carry(&mut self, row: usize, dt: f32) {
+        let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         for (suspended, ring) in self.suspended.iter_mut().zip(&mut self.scratch.suspended) {
             ring.take(self.wet, self.ground, row, suspended);
+            let (amounts, below) = suspended.row_mut_and_below(row);
             for window in self.ground.windows(self.wet, row) {
-                let flow = flow_in(&self.u, &self.v, &self.mask, &window);
-                let (g, below) = suspended.at_mut_and_below(window.here, window.below, window.len);
-                let (above, here) = (window.of(&ring.above.values), window.of(&ring.here.values));
-                carry(g, &SuspendedRows { above, here, below }, &flow, dt, window.run);
+                let old = SuspendedRows {
+                    above: window.above(&ring.above.values),
+                    here: window.here(&ring.here.values),
+                    below: window.below(below),
+                };
+                carry(window.here_mut(amounts), &old, &flow_in(&flow, &window), dt, window.run);
             }
         }
     }
 
     pub fn transfer(&mut self, row: usize) {
+        let (height, mask) = (self.ground.row(self.height, row), self.mask.row(row));
         let pigments = self.suspended.iter_mut().zip(&mut self.deposited).zip(&self.task.exchanges);
         for ((suspended, deposited), &exchange) in pigments {
-            for Window { run, here, len, .. } in self.ground.windows(self.wet, row) {
-                let (height, mask) = (&self.height.values()[here..][..len], self.mask.at(here, len));
-                transfer(
-                    suspended.at_mut(here, len),
-                    deposited.at_mut(here, len),
-                    height,
-                    mask,
-                    exchange,
-                    run,
-                );
+            let (suspended, deposited) = (suspended.row_mut(row), deposited.row_mut(row));
+            for window in self.ground.windows(self.wet, row) {
+                let (g, d) = (window.here_mut(suspended), window.here_mut(deposited));
+                transfer(g, d, window.here(height), window.here(mask), exchange, window.run);
             }
         }
     }

@@ -1,7 +1,5 @@
 //! Rows for the routines that move water.
 
-use girtin_grid::Field;
-
 use crate::engine::ground::Window;
 use crate::engine::rows::Rows;
 use crate::engine::world::World;
@@ -24,23 +22,12 @@ pub fn flow_rows<'a>(
 }
 
 /// The same in a window.
-pub fn flow_in<'a>(
-    u: &'a Rows<'_, f32>,
-    v: &'a Rows<'_, f32>,
-    mask: &'a Rows<'_, u8>,
-    window: &Window,
-) -> FlowRows<'a> {
-    let &Window { here, below, len, .. } = window;
-    FlowRows { u: u.at(here, len), v: v.at(here, len), v_below: v.at(below, len), mask: mask.at(here, len) }
-}
-
-fn slope_in<'a>(height: &'a Field<f32>, mask: &'a Rows<'_, u8>, window: &Window) -> SlopeRows<'a> {
-    let &Window { above, here, len, .. } = window;
-    SlopeRows {
-        height_above: &height.values()[above..][..len],
-        height: &height.values()[here..][..len],
-        mask_above: mask.at(above, len),
-        mask: mask.at(here, len),
+pub fn flow_in<'a>(flow: &FlowRows<'a>, window: &Window) -> FlowRows<'a> {
+    FlowRows {
+        u: window.here(flow.u),
+        v: window.here(flow.v),
+        v_below: window.below(flow.v_below),
+        mask: window.here(flow.mask),
     }
 }
 
@@ -50,21 +37,24 @@ impl World<'_> {
     }
 
     pub fn add_slope(&mut self, row: usize) {
-        for window in self.wet_windows(row) {
-            let Window { run, above, here, len, .. } = window;
-            let paper = slope_in(self.slope_height, &self.mask, &window);
+        let (mask_above, mask) = (self.mask.row(row - 1), self.mask.row(row));
+        let (height_above, height) =
+            (self.ground.row(self.slope_height, row - 1), self.ground.row(self.slope_height, row));
+        let (film_above, film) = (self.pressure.row(row - 1), self.pressure.row(row));
+        let (u, v) = (self.u.row_mut(row), self.v.row_mut(row));
+        for window in self.ground.windows(self.wet, row) {
+            let run = window.run;
+            let (mask_above, mask) = (window.above(mask_above), window.here(mask));
+            let (height_above, height) = (window.above(height_above), window.here(height));
+            let paper = SlopeRows { height_above, height, mask_above, mask };
+            let (u, v) = (window.here_mut(u), window.here_mut(v));
             let scale = self.task.slope_scale;
-            let (u, v) = (self.u.at_mut(here, len), self.v.at_mut(here, len));
             let speed = match &self.task.living {
                 None => add_slope(u, v, &paper, scale, run),
                 Some(living) => {
                     add_slope_tilted(u, v, &paper, scale, living.pull, run);
-                    let film = FilmRows {
-                        film_above: self.pressure.at(above, len),
-                        film: self.pressure.at(here, len),
-                        mask_above: self.mask.at(above, len),
-                        mask: self.mask.at(here, len),
-                    };
+                    let (film_above, film) = (window.above(film_above), window.here(film));
+                    let film = FilmRows { film_above, film, mask_above, mask };
                     let [speed, drive] = drive(u, v, &film, living.stiffness, run);
                     self.found.drive = self.found.drive.max(drive);
                     speed
@@ -75,11 +65,19 @@ impl World<'_> {
     }
 
     pub fn add_slope_alone(&mut self, row: usize) {
-        for window in self.wet_windows(row) {
-            let Window { run, here, len, .. } = window;
-            let paper = slope_in(self.slope_height, &self.mask, &window);
-            let (u, v) = (self.u.at_mut(here, len), self.v.at_mut(here, len));
-            add_slope_alone(u, v, &paper, self.task.slope_scale, run);
+        let (mask_above, mask) = (self.mask.row(row - 1), self.mask.row(row));
+        let (height_above, height) =
+            (self.ground.row(self.slope_height, row - 1), self.ground.row(self.slope_height, row));
+        let (u, v) = (self.u.row_mut(row), self.v.row_mut(row));
+        for window in self.ground.windows(self.wet, row) {
+            let paper = SlopeRows {
+                height_above: window.above(height_above),
+                height: window.here(height),
+                mask_above: window.above(mask_above),
+                mask: window.here(mask),
+            };
+            let (u, v) = (window.here_mut(u), window.here_mut(v));
+            add_slope_alone(u, v, &paper, self.task.slope_scale, window.run);
         }
     }
 
@@ -87,18 +85,19 @@ impl World<'_> {
         let kept = &mut self.scratch.advance;
         kept.u.take(self.wet, self.ground, row, &self.u);
         kept.v.take(self.wet, self.ground, row, &self.v);
-        // The corners below the last row are those above this one, if both have the same runs.
-        let corners_known = kept.corner_row == row && self.wet.runs(row) == self.wet.runs(row - 1);
-        for window in self.ground.windows(self.wet, row) {
-            let Window { run, above, here, below, len, .. } = window;
-            let (u_here, u_below) = self.u.at_mut_and_below(here, below, len);
-            let (v_here, v_below) = self.v.at_mut_and_below(here, below, len);
-            let (u_above, u_old) = (window.of(&kept.u.above.values), window.of(&kept.u.here.values));
-            let (v_above, v_old) = (window.of(&kept.v.above.values), window.of(&kept.v.here.values));
-            if !corners_known {
-                corner_products(window.of_mut(&mut kept.corner), u_above, u_old, v_old, run);
+        let (u_here, u_below) = self.u.row_mut_and_below(row);
+        let (v_here, v_below) = self.v.row_mut_and_below(row);
+        let (pressure_above, pressure) = (self.pressure.row(row - 1), self.pressure.row(row));
+        let (mask_above, mask) = (self.mask.row(row - 1), self.mask.row(row));
+        for (&run, window) in self.wet.runs(row).iter().zip(self.ground.windows(self.wet, row)) {
+            let (u_above, u_old) = (window.above(&kept.u.above.values), window.here(&kept.u.here.values));
+            let (v_above, v_old) = (window.above(&kept.v.above.values), window.here(&kept.v.here.values));
+            let (u_below, v_below) = (window.below(u_below), window.below(v_below));
+            // The corners below the last row are those above this one.
+            if kept.corner_row != row || !self.wet.is_below_one(row, run) {
+                corner_products(window.of_mut(&mut kept.corner), u_above, u_old, v_old, window.run);
             }
-            corner_products(window.of_mut(&mut kept.corner_below), u_old, u_below, v_below, run);
+            corner_products(window.of_mut(&mut kept.corner_below), u_old, u_below, v_below, window.run);
             let old = VelocityRows {
                 u_above,
                 u: u_old,
@@ -108,29 +107,30 @@ impl World<'_> {
                 v_below,
                 corner: window.of(&kept.corner),
                 corner_below: window.of(&kept.corner_below),
-                pressure_above: self.pressure.at(above, len),
-                pressure: self.pressure.at(here, len),
-                mask_above: self.mask.at(above, len),
-                mask: self.mask.at(here, len),
+                pressure_above: window.above(pressure_above),
+                pressure: window.here(pressure),
+                mask_above: window.above(mask_above),
+                mask: window.here(mask),
             };
+            let (u, v) = (window.here_mut(u_here), window.here_mut(v_here));
             let momentum = self.task.momentum(dt);
             match &self.living {
-                None => advance(u_here, v_here, &old, momentum, run),
+                None => advance(u, v, &old, momentum, window.run),
                 Some(living) => {
                     let [keep_u, keep_v] = match &living.keep {
                         Some([keep_u, keep_v]) if dt < 1.0 => [keep_u, keep_v],
                         _ => [&living.mobility_u, &living.mobility_v],
                     };
                     let hold = Hold {
-                        keep_u: keep_u.at(here, len),
-                        keep_v: keep_v.at(here, len),
+                        keep_u: window.here(keep_u.row(row)),
+                        keep_v: window.here(keep_v.row(row)),
                         stiffness: living.task.stiffness,
                         speed_limit: living.task.speed_limit,
                         is_free: dt == 1.0 && living.facts.is_free(row) && run.all_wet,
                     };
-                    advance_held(u_here, v_here, &old, momentum, &hold, run);
+                    advance_held(u, v, &old, momentum, &hold, window.run);
                     if is_noted {
-                        self.found.advanced = self.found.advanced.max(fastest(u_here, v_here, run));
+                        self.found.advanced = self.found.advanced.max(fastest(u, v, window.run));
                     }
                 }
             }
@@ -140,11 +140,12 @@ impl World<'_> {
     }
 
     pub fn find_correction(&mut self, row: usize) {
+        let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         let mut largest = self.found.next_correction;
-        for window in self.wet_windows(row) {
+        for window in self.ground.windows(self.wet, row) {
             let delta = window.of_mut(&mut self.scratch.sweeps[0].delta);
-            let flow = flow_in(&self.u, &self.v, &self.mask, &window);
-            largest = largest.max(divergence(delta, &flow, self.task.relax_rate, window.run));
+            largest =
+                largest.max(divergence(delta, &flow_in(&flow, &window), self.task.relax_rate, window.run));
         }
         self.found.next_correction = largest;
     }
@@ -153,21 +154,24 @@ impl World<'_> {
         let rate = self.task.relax_rate;
         let kept = &mut self.scratch.sweeps[slot];
         if kept.above != row - 1 {
+            let above = flow_rows(&self.u, &self.v, &self.mask, row - 1);
             for window in self.ground.windows(self.wet, row - 1) {
-                let above = flow_in(&self.u, &self.v, &self.mask, &window);
-                divergence(window.of_mut(&mut kept.delta_above), &above, rate, window.run);
+                let delta = window.of_mut(&mut kept.delta_above);
+                divergence(delta, &flow_in(&above, &window), rate, window.run);
             }
         }
+        let (mask_above, mask) = (self.mask.row(row - 1), self.mask.row(row));
+        let (v, v_below) = self.v.row_mut_and_below(row);
+        let (u, pressure) = (self.u.row_mut(row), self.pressure.row_mut(row));
         let mut largest = self.found.corrections[slot];
         for window in self.ground.windows(self.wet, row) {
-            let Window { run, above, here, below, len, .. } = window;
-            let (v, v_below) = self.v.at_mut_and_below(here, below, len);
-            let (u, pressure) = (self.u.at_mut(here, len), self.pressure.at_mut(here, len));
-            let (mask_above, mask) = (self.mask.at(above, len), self.mask.at(here, len));
+            let (u, v, pressure) = (window.here_mut(u), window.here_mut(v), window.here_mut(pressure));
+            let (mask_above, mask) = (window.above(mask_above), window.here(mask));
             let delta = window.of_mut(&mut kept.delta);
-            largest = largest.max(divergence(delta, &FlowRows { u, v, v_below, mask }, rate, run));
+            let flow = FlowRows { u, v, v_below: window.below(v_below), mask };
+            largest = largest.max(divergence(delta, &flow, rate, window.run));
             let delta_above = window.of(&kept.delta_above);
-            apply(u, v, pressure, &CorrectionRows { delta_above, delta, mask_above, mask }, run);
+            apply(u, v, pressure, &CorrectionRows { delta_above, delta, mask_above, mask }, window.run);
         }
         std::mem::swap(&mut kept.delta, &mut kept.delta_above);
         kept.above = row;
@@ -185,10 +189,10 @@ impl World<'_> {
     }
 
     pub fn flow_outward(&mut self, row: usize) {
+        let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         let mut fastest = self.found.outflow;
-        for window in self.wet_windows(row) {
-            let flow = flow_in(&self.u, &self.v, &self.mask, &window);
-            fastest = fastest.max(outflow_speeds(&flow, window.run));
+        for window in self.ground.windows(self.wet, row) {
+            fastest = fastest.max(outflow_speeds(&flow_in(&flow, &window), window.run));
         }
         self.found.outflow = fastest;
         for (place, amounts) in self.outflow.amounts(row) {
