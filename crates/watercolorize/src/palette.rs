@@ -14,6 +14,9 @@ const BEAM: usize = 4;
 /// Gain, CIEDE2000, below which a further pigment is not worth its place.
 const WORTH: f64 = 0.1;
 
+/// Difference, CIEDE2000, that counts twice: one color gone wrong is seen where many that are hardly off are not.
+const SEEN: f64 = 10.0;
+
 /// A color of the picture and how much it counts.
 pub type Cluster = ([f32; 3], f64);
 
@@ -121,7 +124,8 @@ pub fn choose<'a>(
             .map(|(wanted, weight)| {
                 let (_, error) = paints.separate(*wanted, paper, None, &limits);
                 let found = [0, 1, 2].map(|c: usize| wanted[c] + error[c]);
-                weight * as_lab(found).ciede2000(as_lab(*wanted))
+                let off = as_lab(found).ciede2000(as_lab(*wanted));
+                weight * off * (1.0 + off / SEEN)
             })
             .sum();
         let taste: f64 = pigments.iter().map(|pigment| distaste(pigment)).sum();
