@@ -6,18 +6,23 @@ use girtin_grid::blur::{gaussian, gaussian_plane};
 use crate::accidents::smoothstep;
 use crate::mount::Mount;
 
+/// How much a step of hue counts for sharpness, as against one of lightness.
+const HUE: f32 = 0.3;
+
 /// How exactly each cell is drawn, 0 loose to 1 exact, from the Lab photograph on its sheet.
 ///
 /// Sharp, outstanding and central parts are drawn exactly; sharpness is pooled over a third of a head, so that a face is one
 /// detailed area instead of two eyes.
 pub fn attention(lab: &Raster<[f32; 3]>, mount: &Mount) -> Raster<f32> {
     let [width, height] = mount.size;
-    let lightness = gaussian_plane(&lab.map(|lab| lab[0]), mount.cells(0.0012));
-    let at = |x: usize, y: usize| lightness.at(x.min(width - 1), y.min(height - 1));
+    let calm = gaussian(lab, mount.cells(0.0012));
+    let at = |x: usize, y: usize| calm.at(x.min(width - 1), y.min(height - 1));
     let energy = Raster::by_rows(width, height, |x, y| {
-        let gx = 0.5 * (at(x + 1, y) - at(x.saturating_sub(1), y));
-        let gy = 0.5 * (at(x, y + 1) - at(x, y.saturating_sub(1)));
-        gx * gx + gy * gy
+        let square = |a: [f32; 3], b: [f32; 3]| {
+            let [l, u, v] = [0, 1, 2].map(|c: usize| 0.5 * (a[c] - b[c]));
+            l * l + HUE * (u * u + v * v)
+        };
+        square(at(x + 1, y), at(x.saturating_sub(1), y)) + square(at(x, y + 1), at(x, y.saturating_sub(1)))
     });
     let sharp = gaussian_plane(&energy, mount.cells(0.028));
     let (near, far) = (gaussian(lab, mount.cells(0.02)), gaussian(lab, mount.cells(0.15)));

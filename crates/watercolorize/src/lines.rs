@@ -133,7 +133,7 @@ fn points(lightness: &Raster<f32>, mount: &Mount) -> Raster<f32> {
     // What is full of them is a texture.
     let many = gaussian_plane(&points, mount.cells(0.02));
     let points = Raster::by_rows(lightness.width(), lightness.height(), |x, y| {
-        points.at(x, y) * (1.0 - smoothstep(many.at(x, y), 0.008, 0.03))
+        points.at(x, y) * (1.0 - smoothstep(many.at(x, y), 0.016, 0.05))
     });
     gaussian_plane(&points, 0.6)
 }
