@@ -10,8 +10,8 @@ use crate::tone::lifted;
 use crate::walls::Walls;
 use crate::washes::WashPlan;
 
-/// Where between two tiers of tones the one rises to the other.
-const RISE: [f32; 2] = [0.45, 0.55];
+/// Over how much of the long edge a tier of tones is one color.
+const TIER_OVER: f64 = 0.2;
 
 /// How far charging turns the hue, radians; chroma, Lab, from which on it turns less.
 const TURN: f32 = 0.15;
@@ -53,16 +53,15 @@ impl Intent {
         let wanted = wanted(study, plan, index, lightest);
         let even = within(&wanted, &walls.regions, study.cells(plan.flat_over));
         let stepping = (TIERED * params.stepping as f32).min(1.0);
-        let mut wanted = Raster::by_rows(width, height, |x, y| {
-            let (exact, graded) = (study.exact.at(x, y), study.graded(x, y));
-            let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * exact);
+        let flatter = Raster::by_rows(width, height, |x, y| {
+            let flat = params.flatness as f32 * plan.flatness * (1.0 - 0.8 * study.exact.at(x, y));
             let flat = flat * (1.0 - 0.8 * smoothstep(steps.at(x, y), 8.0, 20.0));
-            let even = even.at(x, y);
-            // The borders of tiers follow the large forms.
-            let calm = 0.5 * (even[0] + wanted.at(x, y)[0]);
-            let mut wanted = mixed(wanted.at(x, y), even, flat * (1.0 - 0.7 * graded));
-            wanted[0] += stepping * graded * (1.0 - exact) * (tiered(study, calm, x, y) - wanted[0]);
-            wanted
+            mixed(wanted.at(x, y), even.at(x, y), flat * (1.0 - 0.7 * study.graded(x, y)))
+        });
+        let tiered = tiered(study, &wanted, &even, &walls.regions);
+        let mut wanted = Raster::by_rows(width, height, |x, y| {
+            let much = stepping * study.graded(x, y) * (1.0 - study.exact.at(x, y));
+            mixed(flatter.at(x, y), tiered.at(x, y), much)
         });
         charge(study, &mut wanted);
         let meant = wanted.map(|wanted| lacking(wanted, lifted(wanted, before)));
@@ -106,13 +105,15 @@ fn wanted(study: &Study<'_>, plan: &WashPlan, index: usize, lightest: f32) -> Co
     wanted
 }
 
-/// A lightness on its way to one of a few tiers, as tones of what is soft are laid wash over wash; their borders stray.
-fn tiered(study: &Study<'_>, light: f32, x: usize, y: usize) -> f32 {
+/// Colors as they are where what is soft is laid wash over wash: flat within tiers of tones, whose borders stray and follow
+/// the large forms.
+fn tiered(study: &Study<'_>, wanted: &Colors, even: &Colors, regions: &regions::Regions) -> Colors {
     let tier = TIER * study.tones.range;
-    let stray = study.stray_tone.at(x, y);
-    let place = (light + stray) / tier;
-    let low = libm::floorf(place);
-    tier * (low + smoothstep(place - low, RISE[0], RISE[1])) - 0.5 * stray
+    let tiers = Raster::by_rows(wanted.width(), wanted.height(), |x, y| {
+        let light = 0.5 * (even.at(x, y)[0] + wanted.at(x, y)[0]) + study.stray_tone.at(x, y);
+        (regions.at(x, y), libm::floorf(light / tier) as i32)
+    });
+    within(wanted, &tiers, study.cells(TIER_OVER))
 }
 
 /// Lets the hue drift, the same way in every wash, or the later ones would take back what the first ones did.

@@ -24,7 +24,7 @@ const FAINT: f32 = 5.0;
 const HOLE: [f32; 2] = [12.0, 28.0];
 
 /// Noise of variance 1 from which on and above which edges that the photograph has lost are found again.
-const FOUND: [f32; 2] = [0.0, 0.8];
+const FOUND: [f32; 2] = [-0.6, 0.3];
 
 /// A wash ready to be laid.
 pub struct Load {

@@ -1,6 +1,6 @@
 //! The photograph on its sheet: where it lies, in millimetres and in cells, and how the painting ends around it.
 
-use girtin_grid::resize::{resized, resized_plane};
+use girtin_grid::resize::resized;
 use girtin_grid::{Raster, random};
 use girtin_optics::{LinearRgb, Srgb};
 use girtin_painting::document::SheetSettings;
@@ -180,40 +180,23 @@ impl Mount {
         }
         let (long, short) = (noise("border, long", 0.05), noise("border, short", 0.012));
         let (wide, fine) = (noise("vignette, wide", 0.07), noise("vignette, fine", 0.02));
-        // Strokes lie across the sheet; here and there the brush ran dry before its end, and its bristles show.
-        let (bristles, dry) = (self.streaks(seed, "border, bristles", 0.0016), noise("border, dry", 0.04));
         let corners = self.rounded(seed);
         Raster::by_rows(self.size[0], self.size[1], |x, y| {
-            let dry = smoothstep(dry.at(x, y), 0.9, 1.8);
-            let even = 0.0055 * long.at(x, y) + 0.0014 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
-            let ragged = even + 0.004 * dry * bristles.at(x, y);
+            let ragged = 0.0055 * long.at(x, y) + 0.0014 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
             let dissolved = vignette * (0.02 + 0.008 * wide.at(x, y) + 0.004 * fine.at(x, y));
             -corners.at(x, y) + s * (0.006 * (1.0 - vignette.min(1.0)) + ragged - dissolved)
         })
     }
 
-    /// How far before the painting's border wash `index` ends, cells: each has its own end, so that the ones below are seen
-    /// there, but where the brush happened to reach the same place.
+    /// How far before the painting's border wash `index` ends, cells: here and there, each elsewhere, so that the ones below
+    /// are seen.
     pub fn short_of_border(&self, mounting: &Mounting, seed: u64, index: usize) -> Raster<f32> {
         if mounting.margin <= 0.0 || mounting.border == Border::Taped || index == 0 {
             return Raster::new(self.size[0], self.size[1], 0.0);
         }
-        let noise = |name: &str, sigma: f64| {
-            plane(seed, &format!("border {index}, {name}"), self.size, self.cells(sigma))
-        };
-        let (long, short) = (noise("long", 0.06), noise("short", 0.015));
-        let s = self.long_edge as f32;
-        Raster::by_rows(self.size[0], self.size[1], |x, y| {
-            s * (0.002 + 0.009 * long.at(x, y) + 0.002 * short.at(x, y)).clamp(0.0, 0.03)
-        })
-    }
-
-    /// Noise in streaks along the long strokes of a brush, as thick as Gaussians of `sigma`, a part of the long edge.
-    fn streaks(&self, seed: u64, name: &str, sigma: f64) -> Raster<f32> {
-        const LENGTH: usize = 24;
-        let [width, height] = self.size;
-        let short = plane(seed, name, [width.div_ceil(LENGTH), height], self.cells(sigma));
-        resized_plane(&short, width, height)
+        let place = plane(seed, &format!("border {index}"), self.size, self.cells(0.05));
+        let most = 0.02 * self.long_edge as f32;
+        place.map(|place| most * smoothstep(place, 0.6, 2.2))
     }
 
     /// [`Mount::distance`], the border's corners rounded, each by a radius of its own.
