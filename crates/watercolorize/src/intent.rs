@@ -110,7 +110,7 @@ fn wanted(study: &Study<'_>, plan: &WashPlan, index: usize, lightest: f32) -> Co
 fn tiered(study: &Study<'_>, wanted: &Colors, even: &Colors, regions: &regions::Regions) -> Colors {
     let tier = TIER * study.tones.range;
     let tiers = Raster::by_rows(wanted.width(), wanted.height(), |x, y| {
-        let light = 0.5 * (even.at(x, y)[0] + wanted.at(x, y)[0]) + study.stray_tone.at(x, y);
+        let light = 0.75 * even.at(x, y)[0] + 0.25 * wanted.at(x, y)[0] + study.stray_tone.at(x, y);
         (regions.at(x, y), libm::floorf(light / tier) as i32)
     });
     within(wanted, &tiers, study.cells(TIER_OVER))

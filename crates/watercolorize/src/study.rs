@@ -31,7 +31,7 @@ const EDGE: [f32; 2] = [3.0, 9.0];
 const MODELLED: f32 = 0.2;
 
 /// A tier of tones, a part of the photograph's range of lightness, and how far its border strays, parts of a tier.
-pub const TIER: f32 = 0.21;
+pub const TIER: f32 = 0.27;
 const STRAY: f32 = 0.35;
 
 /// Rasters of the sheet's cells.
