@@ -54,7 +54,7 @@ impl Study<'_> {
         let light = Raster::by_rows(width, height, |x, y| {
             light.at(x, y) & u8::from(self.exact.at(x, y) > 0.3 || round.at(x, y) > 0.5)
         });
-        let least = self.exact.map(|exact| self.area(1.5e-4) as f32 * (1.2 - exact));
+        let least = self.exact.map(|exact| self.area(1.5e-4) as f32 * (1.2 - 0.75 * exact));
         let mut bare = cleaned(&light, &least, None);
         let steps = regions::steps(broad, self.cells(0.008));
         let pieces = regions::connected(&bare);
