@@ -8,7 +8,7 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 use crate::engine::ground::Ground;
-use crate::region::first_where;
+use crate::region::{VECTOR, first_where};
 
 /// Takes water from the cells of one row.
 ///
@@ -89,12 +89,12 @@ impl Outflow {
         let all = || {
             self.spans.iter().enumerate().flat_map(|(row, spans)| spans.iter().map(move |span| (row, span)))
         };
-        let total = all().map(|(_, span)| whole_vectors(span).len()).sum();
+        let total = all().map(|(_, span)| span.len().next_multiple_of(VECTOR)).sum();
         let mut amount = Field::<f32>::zeroed(Layout::new(total, 1));
         let mut places = vec![Vec::new(); self.spans.len()];
         let mut start = amount.layout().stride() + Layout::LEFT;
         for (row, span) in all() {
-            let columns = whole_vectors(span);
+            let columns = span.start..span.start + span.len().next_multiple_of(VECTOR);
             let place = ground.place(row, columns.start);
             places[row].push((place..place + columns.len(), start));
             amount.values_mut()[start..][..columns.len()]
@@ -184,7 +184,6 @@ fn nonzero_spans(row: &[f32], columns: Range<usize>) -> Vec<Range<usize>> {
 
 /// Columns widened to whole vectors: nothing is drawn off beside them, and a loop has no single cells at its end.
 fn whole_vectors(columns: &Range<usize>) -> Range<usize> {
-    const VECTOR: usize = 16;
     columns.start - columns.start % VECTOR..columns.end.next_multiple_of(VECTOR)
 }
 

@@ -154,6 +154,22 @@ impl Region {
         }
     }
 
+    /// Runs that need masks begin at their first wet cell, and not at a whole vector, where they are a vector shorter then.
+    pub fn tightened<T: Copy>(mut self, field: &Field<T>, holds: impl Fn(T) -> bool) -> Self {
+        for row in self.active() {
+            let cells = field.row(row);
+            for run in self.rows[row].iter_mut().filter(|run| !run.all_wet) {
+                let first = first_where(cells, run.first..run.end, &holds);
+                let last = cells[first..run.end].iter().rposition(|&value| holds(value));
+                let tight = Run { first, end: last.map_or(run.end, |last| first + last + 1), all_wet: false };
+                if tight.padded() < run.len() {
+                    *run = Run { end: first + tight.padded(), ..tight };
+                }
+            }
+        }
+        self
+    }
+
     /// Looks at all active rows again and forgets those without runs at the ends.
     pub fn shrink<T: Copy>(&mut self, field: &Field<T>, holds: impl Fn(T) -> bool) {
         let active = std::mem::replace(&mut self.active, Layout::TOP..Layout::TOP);

@@ -33,6 +33,25 @@ pub fn transfer(
     }
 }
 
+/// What is in the water and on the paper of one cell, afterwards.
+#[inline(always)]
+pub fn exchanged(g: f32, d: f32, h: f32, exchange: Exchange) -> [f32; 2] {
+    let Exchange { settling, lifting, granulation } = exchange;
+    let down = g * (1.0 - h * granulation) * settling;
+    let up = d * (1.0 + (h - 1.0) * granulation) * lifting;
+    // Neither the water nor the paper takes more than 1. By `max`, for an `if` in an `if` becomes two masks.
+    let room = (1.0 - d).max(0.0);
+    let down = if d + down > 1.0 { room } else { down };
+    let room = (1.0 - g).max(0.0);
+    let up = if g + up > 1.0 { room } else { up };
+    // Of the one goes what comes to the other.
+    let net = down - up;
+    let (settled, left) = (d + net, g - net);
+    let settled = if settled > 0.0 { settled } else { 0.0 };
+    let left = if left > 0.0 { left } else { 0.0 };
+    [left, settled]
+}
+
 #[multiversion(targets("x86_64+avx512bw+avx512dq+avx512vl", "x86_64+avx2"))]
 fn transfer_kernel<const ALL_WET: bool>(
     suspended: &mut [f32],
@@ -42,24 +61,12 @@ fn transfer_kernel<const ALL_WET: bool>(
     exchange: Exchange,
     run: Run,
 ) {
-    let Exchange { settling, lifting, granulation } = exchange;
     let (first, n) = (run.first, run.padded());
     let (g_beyond, d_beyond) = (run.beyond(suspended), run.beyond(deposited));
     let (g, d) = (&mut suspended[first..][..n], &mut deposited[first..][..n]);
     let (h, m) = (&height[first..][..n], &mask[first..][..n]);
     for i in 0..n {
-        let down = g[i] * (1.0 - h[i] * granulation) * settling;
-        let up = d[i] * (1.0 + (h[i] - 1.0) * granulation) * lifting;
-        // Neither the water nor the paper takes more than 1. By `max`, for an `if` in an `if` becomes two masks.
-        let room = (1.0 - d[i]).max(0.0);
-        let down = if d[i] + down > 1.0 { room } else { down };
-        let room = (1.0 - g[i]).max(0.0);
-        let up = if g[i] + up > 1.0 { room } else { up };
-        // Of the one goes what comes to the other.
-        let net = down - up;
-        let (settled, left) = (d[i] + net, g[i] - net);
-        let settled = if settled > 0.0 { settled } else { 0.0 };
-        let left = if left > 0.0 { left } else { 0.0 };
+        let [left, settled] = exchanged(g[i], d[i], h[i], exchange);
         d[i] = if ALL_WET || m[i] != 0 { settled } else { d[i] };
         g[i] = if ALL_WET || m[i] != 0 { left } else { g[i] };
     }

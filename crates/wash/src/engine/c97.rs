@@ -25,7 +25,7 @@ pub struct C97Run {
 const STEPS_TO_TRUST: u32 = 4;
 
 /// What moves pigment in a step of one sub-step.
-const PIGMENT: [Stage; 2] = [Stage::Carry(1.0), Stage::Transfer];
+const PIGMENT: [Stage; 1] = [Stage::CarryAndTransfer(1.0)];
 
 impl C97Run {
     pub fn new(pools: Pools) -> Self {
@@ -51,7 +51,7 @@ impl C97Run {
             go_on(outflow, cancel)?;
             self.pools.pass(task, &[Stage::Carry(dt)]);
         }
-        self.pools.pass(task, &[Stage::Carry(dt), Stage::Transfer]);
+        self.pools.pass(task, &[Stage::CarryAndTransfer(dt)]);
         if task.pores.is_some() {
             self.pools.pass(task, &[Stage::Absorb, Stage::Diffuse(0), Stage::Spread]);
         }

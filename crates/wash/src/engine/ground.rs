@@ -70,6 +70,12 @@ impl Window {
         &row[self.starts[0]..][..self.len]
     }
 
+    /// The same, to change.
+    #[inline]
+    pub fn above_mut<'a, T>(&self, row: &'a mut [T]) -> &'a mut [T] {
+        &mut row[self.starts[0]..][..self.len]
+    }
+
     /// Its part of its own row.
     #[inline]
     pub fn here<'a, T>(&self, row: &'a [T]) -> &'a [T] {
@@ -130,17 +136,20 @@ impl Ground {
             seen.sort_unstable_by_key(|run| run.first);
             let stretches: &mut Vec<Stretch> = &mut stretches[row];
             for run in seen {
-                let first = run.first - BEFORE;
-                let (first, end) = (first - first % VECTOR, run.end + BEHIND);
+                let (first, end) = (run.first - BEFORE, run.end + BEHIND);
                 match stretches.last_mut() {
                     Some(last) if first <= last.end => last.end = last.end.max(end),
                     _ => stretches.push(Stretch { first, end, start: 0 }),
                 }
             }
             for stretch in stretches {
-                stretch.start = total;
-                total += (stretch.end - stretch.first).next_multiple_of(VECTOR);
+                // The row's own run begins at a cache line, for it is read and written most.
+                let own = region.runs(row).iter().find(|run| run.first >= stretch.first);
+                let before = own.map_or(0, |run| run.first - stretch.first);
+                stretch.start = (total + before).next_multiple_of(VECTOR) - before;
+                total = stretch.start + (stretch.end - stretch.first);
             }
+            total = total.next_multiple_of(VECTOR);
         }
         starts[rows.end] = total;
         // They are one row of a field.

@@ -150,7 +150,7 @@ impl Pool {
 
     /// All water of a canvas without dry paper between it; its edge must stay as it is.
     pub fn packed(canvas: &WashState, task: &Task, threads: usize) -> Self {
-        let wet = Region::of(&canvas.wet_mask, |wet| wet != 0);
+        let wet = Region::of(&canvas.wet_mask, |wet| wet != 0).tightened(&canvas.wet_mask, |wet| wet != 0);
         let ground = Ground::packed(&wet, canvas.layout());
         let mut state = WashState::empty(ground.layout(), canvas.suspended.len());
         ground.gather(&canvas.height, &mut state.height);

@@ -36,6 +36,8 @@ pub enum Stage {
     FlowOutward,
     /// Carries suspended pigment for a sub-step of this length.
     Carry(f32),
+    /// Carries suspended pigment for a sub-step of this length, and exchanges it between water and paper.
+    CarryAndTransfer(f32),
     /// Soaks water into the pores.
     Absorb,
     /// Wets cells whose pores are full.
@@ -124,6 +126,7 @@ impl Stage {
             Self::AddSlope
             | Self::AddSlopeAlone
             | Self::Carry(_)
+            | Self::CarryAndTransfer(_)
             | Self::Transfer
             | Self::Absorb
             | Self::Spread
@@ -154,7 +157,9 @@ impl Stage {
             Self::Carry(_) | Self::CarryPacked(_) | Self::MixAlong(_) | Self::MixDown(_) => {
                 Changes::SUSPENDED
             }
-            Self::Transfer | Self::Settle => Changes::SUSPENDED | Changes::DEPOSITED,
+            Self::CarryAndTransfer(_) | Self::Transfer | Self::Settle => {
+                Changes::SUSPENDED | Changes::DEPOSITED
+            }
             Self::Absorb | Self::Diffuse(_) | Self::EvaporatePores => Changes::SATURATION,
             Self::AbsorbFilm => Changes::SATURATION | Changes::PRESSURE,
             Self::Spread => Changes::MASK,

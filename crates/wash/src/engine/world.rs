@@ -204,6 +204,7 @@ impl<'a> World<'a> {
             Stage::GuardedSweep => self.guarded_sweep(row),
             Stage::FlowOutward => self.flow_outward(row),
             Stage::Carry(dt) => self.carry(row, dt),
+            Stage::CarryAndTransfer(dt) => self.carry_and_transfer(row, dt),
             Stage::Transfer => self.transfer(row),
             Stage::Absorb => self.absorb(row),
             Stage::Diffuse(slot) => self.diffuse(row, slot),

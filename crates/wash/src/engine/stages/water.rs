@@ -5,7 +5,7 @@ use crate::engine::rows::Rows;
 use crate::engine::world::World;
 use crate::flow_outward::draw_off;
 use crate::move_pigment::outflow_speeds;
-use crate::relax_divergence::{CorrectionRows, FlowRows, apply, divergence};
+use crate::relax_divergence::{AroundRows, FlowRows, WaterRows, divergence, relax};
 use crate::update_velocities::{
     FilmRows, Hold, SlopeRows, VelocityRows, add_slope, add_slope_alone, add_slope_tilted, advance,
     advance_held, corner_products, drive, fastest,
@@ -95,9 +95,9 @@ impl World<'_> {
             let (u_below, v_below) = (window.below(u_below), window.below(v_below));
             // The corners below the last row are those above this one.
             if kept.corner_row != row || !self.wet.is_below_one(row, run) {
-                corner_products(window.of_mut(&mut kept.corner), u_above, u_old, v_old, window.run);
+                corner_products(window.above_mut(&mut kept.corner), u_above, u_old, v_old, window.run);
             }
-            corner_products(window.of_mut(&mut kept.corner_below), u_old, u_below, v_below, window.run);
+            corner_products(window.here_mut(&mut kept.corner_below), u_old, u_below, v_below, window.run);
             let old = VelocityRows {
                 u_above,
                 u: u_old,
@@ -105,8 +105,8 @@ impl World<'_> {
                 v_above,
                 v: v_old,
                 v_below,
-                corner: window.of(&kept.corner),
-                corner_below: window.of(&kept.corner_below),
+                corner: window.above(&kept.corner),
+                corner_below: window.here(&kept.corner_below),
                 pressure_above: window.above(pressure_above),
                 pressure: window.here(pressure),
                 mask_above: window.above(mask_above),
@@ -143,7 +143,7 @@ impl World<'_> {
         let flow = flow_rows(&self.u, &self.v, &self.mask, row);
         let mut largest = self.found.next_correction;
         for window in self.ground.windows(self.wet, row) {
-            let delta = window.of_mut(&mut self.scratch.sweeps[0].delta);
+            let delta = window.here_mut(&mut self.scratch.sweeps[0].delta);
             largest =
                 largest.max(divergence(delta, &flow_in(&flow, &window), self.task.relax_rate, window.run));
         }
@@ -156,7 +156,7 @@ impl World<'_> {
         if kept.above != row - 1 {
             let above = flow_rows(&self.u, &self.v, &self.mask, row - 1);
             for window in self.ground.windows(self.wet, row - 1) {
-                let delta = window.of_mut(&mut kept.delta_above);
+                let delta = window.here_mut(&mut kept.delta_above);
                 divergence(delta, &flow_in(&above, &window), rate, window.run);
             }
         }
@@ -167,11 +167,10 @@ impl World<'_> {
         for window in self.ground.windows(self.wet, row) {
             let (u, v, pressure) = (window.here_mut(u), window.here_mut(v), window.here_mut(pressure));
             let (mask_above, mask) = (window.above(mask_above), window.here(mask));
-            let delta = window.of_mut(&mut kept.delta);
-            let flow = FlowRows { u, v, v_below: window.below(v_below), mask };
-            largest = largest.max(divergence(delta, &flow, rate, window.run));
-            let delta_above = window.of(&kept.delta_above);
-            apply(u, v, pressure, &CorrectionRows { delta_above, delta, mask_above, mask }, window.run);
+            let delta = window.here_mut(&mut kept.delta);
+            let (v_below, delta_above) = (window.below(v_below), window.above(&kept.delta_above));
+            let around = AroundRows { v_below, delta_above, mask_above, mask };
+            largest = largest.max(relax(WaterRows { u, v, pressure }, delta, &around, rate, window.run));
         }
         std::mem::swap(&mut kept.delta, &mut kept.delta_above);
         kept.above = row;
