@@ -158,3 +158,29 @@ pub fn lacking(wanted: [f32; 3], under: [f32; 3]) -> f32 {
 pub fn mixed(a: [f32; 3], b: [f32; 3], part: f32) -> [f32; 3] {
     [0, 1, 2].map(|c| a[c] + part * (b[c] - a[c]))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn hue([_, a, b]: [f32; 3]) -> f32 {
+        libm::atan2f(b, a).to_degrees()
+    }
+
+    #[test]
+    fn charging_leaves_light_as_it_is_and_brown_brown() {
+        let (brown, blue) = ([45.0, 12.0, 25.0], [55.0, -4.0, -38.0]);
+        for turn in [-2.0, -1.0, 1.0, 2.0] {
+            let [of_brown, of_blue] = [brown, blue].map(|color| charged(color, [turn, 0.0], 1.0));
+            assert_eq!((of_brown[0], of_blue[0]), (brown[0], blue[0]));
+            assert!(hue(of_brown) - hue(brown) < 6.0, "{turn}: {of_brown:?}");
+            assert!((hue(of_blue) - hue(blue)).abs() > 6.0, "{turn}: {of_blue:?}");
+        }
+    }
+
+    #[test]
+    fn charging_lets_darks_lean_and_hardly_light_grays() {
+        let lean = |l: f32| charged([l, 0.0, 0.0], [0.0, 1.0], 1.0)[2];
+        assert!(lean(15.0) > 2.0 && lean(80.0) < 0.6);
+    }
+}

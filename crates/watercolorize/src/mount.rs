@@ -262,4 +262,16 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    fn later_washes_end_before_the_first_in_places_only() {
+        let mounting = Mounting::default();
+        let mount = Mount::new([640, 480], 320.0, &mounting);
+        let short = |index: usize| mount.short_of_border(&mounting, 1, index);
+        assert!(short(0).as_slice().iter().all(|&short| short == 0.0));
+        let (first, second) = (short(1), short(2));
+        let shorter = first.as_slice().iter().filter(|short| **short > 0.0).count();
+        assert!((1..first.as_slice().len() / 2).contains(&shorter), "{shorter}");
+        assert_ne!(first.as_slice(), second.as_slice());
+    }
 }
