@@ -173,9 +173,12 @@ impl Ground {
         self.packing.as_ref().map_or(self.canvas, |packing| packing.layout)
     }
 
-    /// Values of a row that lies as on the canvas.
-    pub fn width(&self) -> usize {
-        self.canvas.stride()
+    /// The most values that a row has, packed or as on the canvas. Where a row's runs lie close, the gaps before their cache
+    /// lines may take more than the dry cells between them did.
+    pub fn longest(&self) -> usize {
+        let packed = self.packing.iter().flat_map(|packing| packing.starts.windows(2));
+        let packed = packed.map(|starts| starts[1] - starts[0]).max();
+        self.canvas.stride().max(packed.unwrap_or(0))
     }
 
     /// Where a row begins, if there is such a row, or where the last one ends.

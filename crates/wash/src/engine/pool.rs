@@ -254,7 +254,7 @@ impl Pool {
         self.damp_cuts = self.damp.cuts(bands(&self.damp));
         let needed = self.wet_cuts.len().max(self.damp_cuts.len()) - 1;
         while self.scratch.len() < needed {
-            self.scratch.push(Scratch::new(self.ground.width(), task.exchanges.len()));
+            self.scratch.push(Scratch::new(self.ground.longest(), task.exchanges.len()));
         }
     }
 
