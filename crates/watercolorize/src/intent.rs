@@ -19,7 +19,7 @@ const MOST_TURNED: f32 = 45.0;
 /// How much of its chroma it makes a color richer.
 const RICHER: f32 = 0.09;
 /// How far it lets dark grays lean, Lab, and which way is warm.
-const LEAN: f32 = 3.6;
+const LEAN: f32 = 2.4;
 const WARM: [f32; 2] = [0.35, 0.94];
 
 /// How much of `stepping` goes into tiers.
@@ -60,7 +60,8 @@ impl Intent {
         });
         let tiered = tiered(study, &wanted, &even, &walls.regions);
         let mut wanted = Raster::by_rows(width, height, |x, y| {
-            let much = stepping * study.graded(x, y) * (1.0 - study.exact.at(x, y));
+            // What only fades is one graded wash.
+            let much = stepping * study.graded(x, y) * study.forms.at(x, y) * (1.0 - study.exact.at(x, y));
             mixed(flatter.at(x, y), tiered.at(x, y), much)
         });
         charge(study, &mut wanted);
@@ -134,6 +135,8 @@ fn charged([l, a, b]: [f32; 3], [turn, lean]: [f32; 2], much: f32) -> [f32; 3] {
     let warm = smoothstep(a.max(0.4 * b) / chroma.max(1.0), 0.0, 0.35);
     let yellow = smoothstep(b / chroma.max(1.0), 0.6, 0.95);
     let turn = if turn > 0.0 { turn * (1.0 - 0.75 * warm) } else { turn * (1.0 - 0.5 * yellow) };
+    // A blue sky has no violet clouds.
+    let turn = turn * (1.0 - 0.6 * smoothstep(-b / chroma.max(1.0), 0.5, 0.9));
     let turn = (much * TURN * turn * (MOST_TURNED / chroma.max(1.0)).min(1.0)).clamp(-0.5, 0.5);
     let (sin, cos) = libm::sincosf(turn);
     let richer = 1.0 + much * RICHER * lean.clamp(-2.0, 2.0);
@@ -168,13 +171,16 @@ mod tests {
     }
 
     #[test]
-    fn charging_leaves_light_as_it_is_and_brown_brown() {
-        let (brown, blue) = ([45.0, 12.0, 25.0], [55.0, -4.0, -38.0]);
+    fn charging_leaves_light_as_it_is_brown_brown_and_skies_blue() {
+        let [brown, green, blue] = [[45.0, 12.0, 25.0], [50.0, -25.0, 15.0], [55.0, -4.0, -38.0]];
         for turn in [-2.0, -1.0, 1.0, 2.0] {
-            let [of_brown, of_blue] = [brown, blue].map(|color| charged(color, [turn, 0.0], 1.0));
-            assert_eq!((of_brown[0], of_blue[0]), (brown[0], blue[0]));
-            assert!(hue(of_brown) - hue(brown) < 6.0, "{turn}: {of_brown:?}");
-            assert!((hue(of_blue) - hue(blue)).abs() > 6.0, "{turn}: {of_blue:?}");
+            let turned = |color: [f32; 3]| {
+                let charged = charged(color, [turn, 0.0], 1.0);
+                assert_eq!(charged[0], color[0]);
+                (hue(charged) - hue(color)) * turn.signum()
+            };
+            assert!(turn < 0.0 || turned(brown) < 6.0, "{turn}");
+            assert!(turned(green) > 4.0 && (1.0..8.0).contains(&turned(blue)), "{turn}");
         }
     }
 

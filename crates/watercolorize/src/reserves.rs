@@ -10,14 +10,18 @@ use crate::study::{Plane, Study};
 /// Part of a light surface that must be white for all of it to stay bare.
 const WHITE: f64 = 0.6;
 
+/// Over how much of the long edge light surfaces are judged together, and soft rims and hard ones.
+const TOGETHER: f64 = 0.04;
+const ALONG_RIMS: f64 = 0.025;
+
 /// Part of a white surface's rim that may be soft.
 const SOFT: f64 = 0.35;
 
-/// A light surface: its cells, how many of them are white, and those at its rim, and at a soft rim.
+/// A light surface: its cells, how white they and those around them are, and cells at its rim, and at a soft rim.
 #[derive(Clone, Copy, Debug, Default)]
 struct Surface {
     cells: u32,
-    white: u32,
+    white: f64,
     rim: u32,
     soft: u32,
 }
@@ -25,7 +29,7 @@ struct Surface {
 impl Surface {
     /// Whether it stays bare paper.
     fn is_reserved(&self) -> bool {
-        f64::from(self.white) > WHITE * f64::from(self.cells)
+        self.white > WHITE * f64::from(self.cells)
             && f64::from(self.soft) <= SOFT * f64::from(self.rim.max(1))
     }
 }
@@ -57,9 +61,17 @@ impl Study<'_> {
         let least = self.exact.map(|exact| self.area(1.5e-4) as f32 * (1.2 - 0.75 * exact));
         let mut bare = cleaned(&light, &least, None);
         let steps = regions::steps(broad, self.cells(0.008));
+        // Panels of one wall are white together.
+        let share = gaussian(
+            &Raster::by_rows(width, height, |x, y| {
+                [bare.at(x, y) & white.at(x, y), bare.at(x, y)].map(f32::from)
+            }),
+            self.cells(TOGETHER),
+        );
         let pieces = regions::connected(&bare);
         let count = pieces.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
         let mut surfaces = vec![Surface::default(); count];
+        let mut rims = Raster::new(width, height, [0.0f32; 2]);
         for y in 0..height {
             for x in 0..width {
                 if bare.at(x, y) == 0 || self.distance.at(x, y) >= 0.0 {
@@ -67,17 +79,24 @@ impl Study<'_> {
                 }
                 let surface = &mut surfaces[pieces.at(x, y) as usize];
                 surface.cells += 1;
-                surface.white += u32::from(white.at(x, y));
+                let [of_white, of_light] = share.at(x, y);
+                surface.white += f64::from(of_white / of_light);
                 let around = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
                 if around.iter().any(|&(x, y)| x < width && y < height && bare.at(x, y) == 0) {
+                    let is_soft = steps.at(x, y) < 16.0;
                     surface.rim += 1;
-                    surface.soft += u32::from(steps.at(x, y) < 16.0);
+                    surface.soft += u32::from(is_soft);
+                    rims.row_mut(y)[x][usize::from(is_soft)] = 1.0;
                 }
             }
         }
-        for (cell, &piece) in bare.as_mut_slice().iter_mut().zip(pieces.as_slice()) {
-            *cell &= u8::from(surfaces[piece as usize].is_reserved());
-        }
+        let rims = gaussian(&rims, self.cells(ALONG_RIMS));
+        bare = Raster::by_rows(width, height, |x, y| {
+            // Towards a soft rim only white itself is bare, and what is painted fades into it.
+            let [hard, soft] = rims.at(x, y);
+            let there = bare.at(x, y) != 0 && surfaces[pieces.at(x, y) as usize].is_reserved();
+            u8::from(there && (white.at(x, y) != 0 || soft <= hard))
+        });
         let slivers = self.slivers(&steps);
         bare.as_mut_slice().iter_mut().zip(slivers.as_slice()).for_each(|(bare, sliver)| *bare |= sliver);
         if let Some(reserve) = reserve {

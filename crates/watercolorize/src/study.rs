@@ -34,6 +34,11 @@ const MODELLED: f32 = 0.2;
 pub const TIER: f32 = 0.27;
 const STRAY: f32 = 0.35;
 
+/// Between which parts of the long edge what is soft is a form, and how far tones must differ between them, Lab, up to which
+/// and from which on.
+const FORM: [f64; 2] = [0.012, 0.05];
+const DIFFERING: [f32; 2] = [1.0, 3.0];
+
 /// Rasters of the sheet's cells.
 pub type Plane = Raster<f32>;
 /// Lab or linear colors of the sheet's cells.
@@ -64,6 +69,8 @@ pub struct Study<'a> {
     pub steps: Plane,
     /// How rough the photograph is, 0 to 1.
     pub rough: Plane,
+    /// Where soft tones make forms and do not only fade, 0 to 1.
+    pub forms: Plane,
     /// How far the borders stray where tones step, Lab.
     pub stray_tone: Plane,
     /// Unevenness of hue, of variance 1.
@@ -131,6 +138,7 @@ impl<'a> Study<'a> {
             sharp,
             tones,
             stray_tone: stray_tone(request.seed, &photo, STRAY * TIER * tones.range, &mount),
+            forms: forms(&photo, &mount),
             drift: noise(request.seed, "charging", mount.size, mount.cells(0.05)),
             found: plane(request.seed, "found edges", mount.size, mount.cells(0.05)),
             photo,
@@ -206,6 +214,14 @@ fn sharpness(photo: &Colors, exact: &Plane, mount: &Mount) -> Plane {
         smoothstep(near / far.max(1.0), SHARP[0], SHARP[1]) * (1.0 - modelled)
     });
     gaussian_plane(&sharp, mount.cells(0.004))
+}
+
+/// Where soft tones make forms, as out of focus, and do not only fade, as in a clear sky; 0 to 1.
+fn forms(photo: &Colors, mount: &Mount) -> Plane {
+    let light = photo.map(|[l, ..]| l);
+    let [near, far] = FORM.map(|over| gaussian_plane(&light, mount.cells(over)));
+    let off = Raster::by_rows(light.width(), light.height(), |x, y| (near.at(x, y) - far.at(x, y)).abs());
+    gaussian_plane(&off, mount.cells(FORM[1])).map(|off| smoothstep(off, DIFFERING[0], DIFFERING[1]))
 }
 
 /// How far the borders of tiers of tones stray, Lab, `most` in the mean: no farther than tones differ around there, or an
