@@ -11,7 +11,7 @@
 //! - [`state`]: every field at one moment;
 //! - [`wash`]: a state that runs; [`edit`]: water and pigment poured on and lifted between steps; [`tiles`]: what changed;
 //! - [`coarse`]: a cheap living wash, its water coarser than its pigment;
-//! - `region`: which cells are worth visiting; `band_limit`: the paper as the water feels it;
+//! - `region`: which cells are worth visiting; `band_limit`: the paper as the water feels it; `look_ahead`: rows to come;
 //! - one module of row kernels per routine, in the order of a step. Of both models: [`update_velocities`],
 //!   [`flow_outward`], [`transfer_pigment`], [`simulate_capillary_flow`]. Of the paper's alone: [`relax_divergence`],
 //!   [`move_pigment`]. Of the living wash: [`mobility`], [`relax_implicitly`], [`move_film`], [`evaporate`],
@@ -50,6 +50,7 @@ pub mod tiles;
 pub mod coarse;
 
 mod band_limit;
+mod look_ahead;
 
 #[doc(hidden)] // for the benches, which run row kernels by themselves
 #[expect(clippy::len_without_is_empty, reason = "a run has at least one cell")]

@@ -14,6 +14,9 @@ use super::world::World;
 /// living wash, a twentieth in C97's.
 pub const ROWS_AT_ONCE: usize = 8;
 
+/// Rows below its own that the transport of pigment sees.
+const REACH_OF_PIGMENT: usize = 2;
+
 /// Rows that all stages together look beyond a band, on each side.
 pub fn depth(stages: &[Stage]) -> usize {
     stages.iter().map(|stage| stage.reach()).sum::<usize>() + 1
@@ -46,12 +49,18 @@ pub fn descend(stages: &[Stage], world: &mut World<'_>) {
     }
     let first = falling.iter().map(|stage| stage.first + stage.lag).min().unwrap_or(0);
     let end = falling.iter().map(|stage| stage.end + stage.lag).max().unwrap_or(0);
+    let amounts_ahead = world.amounts_ahead(stages);
     for lead in (first..end).step_by(ROWS_AT_ONCE) {
-        for &Falling { stage, lag, first, end } in &falling {
+        for (number, &Falling { stage, lag, first, end }) in falling.iter().enumerate() {
             let rows =
                 lead.saturating_sub(lag).max(first)..(lead + ROWS_AT_ONCE).saturating_sub(lag).min(end);
             for row in rows {
                 world.work(stage, row);
+            }
+            // Amounts of pigment in the next rows: one after another stage, so that asking for them goes on all the time.
+            let next = lead + ROWS_AT_ONCE + REACH_OF_PIGMENT;
+            for amount in (number..amounts_ahead).step_by(falling.len()) {
+                (next..next + ROWS_AT_ONCE).for_each(|row| world.look_ahead(amount, row));
             }
         }
     }

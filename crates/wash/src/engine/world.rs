@@ -12,6 +12,7 @@ use super::stage::Stage;
 use super::stages::refine::CoarseWater;
 use super::{LivingTask, Task};
 use crate::flow_outward::Outflow;
+use crate::look_ahead::look_ahead;
 use crate::region::{Region, Run};
 
 /// Which fields a pass changes.
@@ -190,6 +191,23 @@ impl<'a> World<'a> {
     pub fn damp_runs(&self, row: usize) -> &'a [Run] {
         let damp: &'a Region = self.damp;
         damp.runs(row)
+    }
+
+    /// How many amounts of pigment such stages had better ask for ahead of time: in water and on paper.
+    ///
+    /// Other fields are few and read by several stages; asking for them gains nothing.
+    pub fn amounts_ahead(&self, stages: &[Stage]) -> usize {
+        let carries = stages.iter().any(|stage| matches!(stage, Stage::CarryPacked(_)));
+        if carries { self.suspended.len() + self.deposited.len() } else { 0 }
+    }
+
+    /// Asks for a row of one of these amounts, where it is wet and the band's own.
+    pub fn look_ahead(&self, amount: usize, row: usize) {
+        let Some(amounts) = self.suspended.iter().chain(&self.deposited).nth(amount) else { return };
+        if self.own.contains(&row) {
+            let amounts = amounts.row(row);
+            self.wet.runs(row).iter().for_each(|run| look_ahead(&amounts[run.first..run.end]));
+        }
     }
 
     /// Does a stage's work on a row.
