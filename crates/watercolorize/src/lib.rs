@@ -2,7 +2,7 @@
 //!
 //! In the order data flows:
 //! - [`settings`]: what is asked for, and presets of it;
-//! - [`mount`]: the photograph on its sheet; [`attention`]: what of it is drawn exactly;
+//! - [`mount`]: the photograph on its sheet; [`attention`]: what of it is drawn exactly, and `faces`;
 //! - [`abstraction`]: fewer, flatter shapes; [`regions`]: shapes whose borders are hard edges; [`lines`]: ink and masking
 //!   fluid;
 //! - [`tone`]: a watercolor's tones; [`palette`]: pigments that mix its colors; [`separate`]: how much of each;
@@ -22,6 +22,7 @@
 pub mod settings;
 pub mod mount;
 pub mod attention;
+mod faces;
 pub mod abstraction;
 pub mod regions;
 pub mod lines;

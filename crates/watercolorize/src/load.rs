@@ -276,7 +276,7 @@ impl Planner<'_> {
             let hard = 0.7 + 0.3 * hardness.at(x, y);
             let exact = 1.0 - 0.45 * self.study.exact.at(x, y);
             // What is rough is painted with a drier one, so that not every mark gets a rim.
-            let rough = 1.0 - 0.4 * (params.drybrush as f32 * self.study.rough.at(x, y)).min(1.0);
+            let rough = 1.0 - 0.8 * (params.drybrush as f32 * self.study.rough.at(x, y)).min(1.0);
             // Dry pores drink first; what they take must not be missing beside damp paper, or water runs there and back.
             let drunk = DRUNK * (1.0 - moist.at(x, y)).max(0.0);
             (film * hard * exact * rough * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)

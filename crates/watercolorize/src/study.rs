@@ -8,6 +8,7 @@ use girtin_grid::resize::resized_plane;
 use crate::abstraction::abstracted;
 use crate::accidents::{noise, plane, smoothstep};
 use crate::attention::attention;
+use crate::faces::{faces, in_faces};
 use crate::lines::{ink, lights, warped};
 use crate::mount::{Mount, Mounting};
 use crate::painter::Request;
@@ -23,6 +24,13 @@ const STEP: f64 = 3.0;
 
 /// How much of what `detail` is above 1 is added to the exactness of every cell.
 const EVERYWHERE: f32 = 0.9;
+
+/// Up to which part of the long edge what changes is texture, and how much smaller the shapes of the roughest are.
+const TEXTURE: f64 = 0.006;
+const FINER: f32 = 0.5;
+
+/// How exactly faces are drawn at detail 1.
+const FACES: f32 = 1.0;
 
 /// Steps over a few cells, Lab, up to which and from which on there is an edge that could be sharp.
 const EDGE: [f32; 2] = [3.0, 9.0];
@@ -92,24 +100,35 @@ impl<'a> Study<'a> {
     pub fn new(request: &Request<'a>, mount: Mount, paper: &Plane) -> Self {
         let params = request.params;
         let photo = mount.place_lab(request.photo);
-        let exact = match request.detail_map {
-            Some(map) => mount.place(&map.map(|value| [value])).map(|[value]| value),
-            None => attention(&photo, &mount),
+        // Thin lines would be beads on the sheet's own cells, and small faces are not seen there.
+        let finer = mount.finer();
+        let fine = finer.place_lab(request.photo);
+        let (exact, faces) = match request.detail_map {
+            Some(map) => (mount.place(&map.map(|value| [value])).map(|[value]| value), Vec::new()),
+            None => rayon::join(|| attention(&photo, &mount), || faces(&fine.map(|[l, ..]| l))),
         };
         // Who asks for more detail than there is where the eye rests wants some of it everywhere.
         let (detail, everywhere) = (params.detail as f32, EVERYWHERE * (params.detail as f32 - 1.0).max(0.0));
-        let exact = exact.map(|exact| (exact * detail + everywhere).clamp(0.0, 1.0));
+        let mut exact = exact.map(|exact| (exact * detail + everywhere).clamp(0.0, 1.0));
+        if !faces.is_empty() {
+            // The loosest hand keeps a likeness.
+            let much = (FACES * detail.sqrt()).min(1.0);
+            let inside = in_faces(&faces, mount.size);
+            let cells = exact.as_mut_slice().iter_mut().zip(inside.as_slice());
+            cells.for_each(|(exact, inside)| *exact = exact.max(much * inside));
+        }
         let simpler = mount.cells(params.simplification);
-        let radius = exact.map(|exact| {
-            let exact = f64::from(exact);
-            (simpler * (0.013 * (1.0 - exact) + 0.0022 * exact)) as f32
+        let texture = roughness(&photo, &gaussian(&photo, mount.cells(TEXTURE)), &exact, &mount);
+        let radius = Raster::by_rows(exact.width(), exact.height(), |x, y| {
+            let exact = f64::from(exact.at(x, y));
+            // Broad shapes of gravel and foliage are camouflage; small ones are stones and leaves.
+            let finer = f64::from(1.0 - FINER * texture.at(x, y));
+            (simpler * (0.013 * (1.0 - exact) + 0.0022 * exact) * finer) as f32
         });
         let times = |by: f32| radius.map(|radius| radius * by);
         let masked = (params.detail > 0.0).then(|| {
-            // Thin lines would be beads on the sheet's own cells.
-            let mount = mount.finer();
-            let exact = resized_plane(&exact, mount.size[0], mount.size[1]);
-            lights(&mount.place_lab(request.photo), &mount, &exact)
+            let exact = resized_plane(&exact, finer.size[0], finer.size[1]);
+            lights(&fine, &finer, &exact)
         });
         let covered = masked.as_ref().map(|masked| without_lights(&photo, masked, &mount));
         let covered = covered.as_ref().unwrap_or(&photo);
