@@ -40,6 +40,9 @@ const MASKED: &str = "masked.png";
 /// Steps after which drops fall into the first wash: it shines no more, and is not dry yet.
 const STEPS_BEFORE_DROPS: u32 = 56;
 
+/// How far inside the photograph's border drops fall, parts of the long edge.
+const NEAR_BORDER: [f64; 2] = [0.0, 0.014];
+
 /// What is to be painted, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Request<'a> {
@@ -316,37 +319,42 @@ impl<'a> Painter<'a> {
         Ok(())
     }
 
-    /// Drops of water that fall where nothing is exact, and push the paint aside.
+    /// Drops of water that gather at the border where nothing is exact, run back and push the paint aside.
     fn drops(&self) -> Vec<Event> {
         let key = random::key(self.request.seed, random::stage("drops"));
-        let [width, height] = self.study.mount.size;
-        let mut drops = Vec::new();
+        let cells_per_mm = self.study.mount.cells_per_mm;
+        let near_border = NEAR_BORDER.map(|part| -self.study.cells(part) as f32);
         // Places are tried in order; a picture that is exact everywhere gets fewer.
-        for at in 0..40 * self.request.params.drops {
-            let part = |axis: i64| random::unit_f64(random::at(key, [i64::from(at), axis]));
-            let (x, y) = ((part(0) * width as f64) as usize, (part(1) * height as f64) as usize);
-            let is_loose = self.study.exact.at(x, y) < 0.25
+        let places = (0..200 * self.request.params.drops).filter(|&at| {
+            let [x, y] = place_of_drop(key, at, self.study.mount.size);
+            let distance = self.study.distance.at(x, y);
+            self.study.exact.at(x, y) < 0.25
                 && self.study.bare.at(x, y) == 0
-                && self.study.distance.at(x, y) < -self.study.cells(0.03) as f32;
-            if is_loose {
-                let center = [x, y].map(|at| (at as f64 + 0.5) / self.study.mount.cells_per_mm);
-                let radius =
-                    self.study.cells(random::between(random::at(key, [i64::from(at), 2]), 0.008, 0.022));
-                let radius = radius / self.study.mount.cells_per_mm;
+                && (near_border[1]..near_border[0]).contains(&distance)
+        });
+        let splash = |at: u32| {
+            let center =
+                place_of_drop(key, at, self.study.mount.size).map(|at| (at as f64 + 0.5) / cells_per_mm);
+            let between = move |axis: i64, low: f64, high: f64| {
+                random::between(random::at(key, [i64::from(at), axis]), low, high)
+            };
+            let radius = self.study.cells(between(2, 0.008, 0.02)) / cells_per_mm;
+            // A drop splashes: one disc dries as a moon.
+            (0..3).map(move |part| {
+                let (sin, cos) = libm::sincos(between(3 + 3 * part, 0.0, std::f64::consts::TAU));
+                let off = if part == 0 { 0.0 } else { radius * between(4 + 3 * part, 0.7, 1.5) };
+                let radius = if part == 0 { radius } else { radius * between(5 + 3 * part, 0.3, 0.8) };
                 let area = Area {
-                    shape: Shape::Disc { center, radius },
+                    shape: Shape::Disc { center: [center[0] + off * cos, center[1] + off * sin], radius },
                     soft_mm: 0.3 * radius,
-                    ragged_mm: 0.35 * radius,
+                    ragged_mm: 0.5 * radius,
                     ragged_scale_mm: radius,
                     ..Area::default()
                 };
-                drops.push(Event::Water { area, amount: 0.9 });
-            }
-            if drops.len() == self.request.params.drops as usize {
-                break;
-            }
-        }
-        drops
+                Event::Water { area, amount: 0.9 }
+            })
+        };
+        places.take(self.request.params.drops as usize).flat_map(splash).collect()
     }
 
     fn physics(&self, plan: &WashPlan) -> LivingParams {
@@ -443,4 +451,12 @@ fn lay_over(glaze: &PaintedGlaze, ground: &mut Raster<LinearRgb>) {
         let rows: Vec<&[f32]> = rows.iter().map(Vec::as_slice).collect();
         glaze_row(paints, &rows, row);
     });
+}
+
+/// The cell that a drop may fall on.
+fn place_of_drop(key: u64, at: u32, size: [usize; 2]) -> [usize; 2] {
+    [0, 1].map(|axis: usize| {
+        let part = random::unit_f64(random::at(key, [i64::from(at), axis as i64]));
+        (part * size[axis] as f64) as usize
+    })
 }

@@ -45,7 +45,7 @@ parameters! {
             acts: Simulation, doc: "How far the hand strays: washes do not quite register.", source: "custom",
         }
         key: f64 {
-            symbol: "", label: "Key", unit: "Lab L", default: 2.5, hard: (-20.0, 20.0), soft: (0.0, 8.0),
+            symbol: "", label: "Key", unit: "Lab L", default: 3.0, hard: (-20.0, 20.0), soft: (0.0, 8.0),
             acts: Simulation, doc: "How much lighter than the photograph the middle tones are painted.", source: "custom",
         }
         chroma: f64 {
@@ -69,7 +69,7 @@ parameters! {
             acts: Simulation, doc: "How flat a wash is within its shapes.", source: "custom",
         }
         stepping: f64 {
-            symbol: "", label: "Stepping", unit: "1", default: 0.6, hard: (0.0, 1.0), soft: (0.0, 1.0),
+            symbol: "", label: "Stepping", unit: "1", default: 0.75, hard: (0.0, 1.0), soft: (0.0, 1.0),
             acts: Simulation, doc: "How far tones step, at the edges of later washes and where the photograph is soft, rather than fade.", source: "custom",
         }
         turbulence: f64 {
