@@ -22,7 +22,7 @@ struct Drawing {
 }
 
 /// Parts of the paper under ink from which on and up to which lines count as crowded.
-const CROWDED: [f32; 2] = [0.12, 0.3];
+const CROWDED: [f32; 2] = [0.08, 0.2];
 
 /// Difference of Gaussians, averaged along the contour: long, calm lines.
 ///
@@ -62,7 +62,7 @@ impl<'a> Contours<'a> {
 /// How fully each cell is covered by ink; denser where the eye rests. `lab` may be finer than the mount's cells.
 pub fn ink(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>, strength: f32) -> Raster<f32> {
     let flow = Flow::of(lab, mount.cells(0.005));
-    let drawing = Drawing { width: 0.0017, reach: 0.011, sign: -1.0 };
+    let drawing = Drawing { width: 0.0014, reach: 0.011, sign: -1.0 };
     let lines = Contours::of(&lab.map(|lab| lab[0]), &flow, mount, &drawing);
     let loose = |x: usize, y: usize| 1.0 - attention.at(x, y).min(1.0);
     let lines = Raster::by_rows(lab.width(), lab.height(), |x, y| {
@@ -73,7 +73,7 @@ pub fn ink(lab: &Raster<[f32; 3]>, mount: &Mount, attention: &Raster<f32>, stren
     let many = gaussian_plane(&lines, mount.cells(0.01));
     let lines = Raster::by_rows(lab.width(), lab.height(), |x, y| {
         let spared = loose(x, y) * smoothstep(many.at(x, y), CROWDED[0], CROWDED[1]);
-        (lines.at(x, y) - 0.75 * spared).max(0.0)
+        (lines.at(x, y) - spared).max(0.0)
     });
     let cell = mount.long_edge as f32 * mount.long_edge as f32;
     let least = attention.map(|exact| 1.6e-4 * cell * (1.6 - exact.min(1.0)));

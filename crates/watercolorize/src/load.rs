@@ -23,6 +23,9 @@ const FAINT: f32 = 5.0;
 /// Steps of the photograph over a few cells, Lab, up to which and from which on a hole in a shape is modelling or a thing.
 const HOLE: [f32; 2] = [12.0, 28.0];
 
+/// How much less water there is at the painting's border where the brush runs dry.
+const DRY: f32 = 0.85;
+
 /// Noise of variance 1 from which on and above which edges that the photograph has lost are found again.
 const FOUND: [f32; 2] = [-0.6, 0.3];
 
@@ -77,7 +80,7 @@ impl Planner<'_> {
         if shapes.as_slice().iter().all(|&shape| shape == 0) {
             return None;
         }
-        let (painted, softness) = self.softened(plan, &shapes, hardness, &open, index);
+        let (painted, softness) = self.softened(plan, &shapes, intent, &open, index);
         let numbered = colored(&intent.strayed.regions, &painted);
         let photo = warped(&self.study.photo, stray);
         let (mut shapes_of, mut edges) =
@@ -140,9 +143,7 @@ impl Planner<'_> {
         let chance =
             plane(self.study.seed, &format!("shape {index}"), self.study.mount.size, self.study.cells(0.01));
         let simpler = params.simplification as f32;
-        let short = self.study.mount.short_of_border(&self.study.mounting, self.study.seed, index);
         let area = (self.study.cells(1.0) * self.study.cells(1.0)) as f32;
-        let is_open = |x: usize, y: usize| open.at(x, y) != 0 && self.study.inside.at(x, y) > short.at(x, y);
         let over = Raster::by_rows(width, height, |x, y| {
             let exact = self.study.exact.at(x, y);
             let graded = self.study.graded(x, y);
@@ -153,7 +154,7 @@ impl Planner<'_> {
             // What is soft fades in from nothing.
             need - (least + graded * (0.7 - least))
         });
-        let mask = Raster::by_rows(width, height, |x, y| u8::from(is_open(x, y) && over.at(x, y) > 0.0));
+        let mask = Raster::by_rows(width, height, |x, y| open.at(x, y) & u8::from(over.at(x, y) > 0.0));
         let worth = Raster::by_rows(width, height, |x, y| {
             // What is hardly there must be large to be worth a mark, or it would be a scab.
             let faint = (FAINT / (1.0 + over.at(x, y).abs())).clamp(0.8, 3.0);
@@ -175,7 +176,7 @@ impl Planner<'_> {
             let dry = (params.drybrush as f32 * self.study.rough.at(x, y)).min(1.0);
             let touched = dragged.at(x, y) + 0.9 * (self.paper.at(x, y) - 0.5);
             let there = round.at(x, y) + dry * (touched - round.at(x, y));
-            u8::from(there > 0.5 && is_open(x, y))
+            open.at(x, y) & u8::from(there > 0.5)
         })
     }
 
@@ -184,15 +185,16 @@ impl Planner<'_> {
         &self,
         plan: &WashPlan,
         shapes: &Raster<u8>,
-        hardness: &Plane,
+        intent: &Intent,
         open: &Raster<u8>,
         index: usize,
     ) -> (Raster<u8>, Plane) {
         let wetness = self.study.params.wetness as f32;
         let soft = Raster::by_rows(shapes.width(), shapes.height(), |x, y| {
-            let hard = smoothstep(hardness.at(x, y) / wetness.max(0.2), 0.15, 0.5);
-            // Lost and found: here and there the paper had dried before the brush came again.
+            let hard = smoothstep(intent.hardness.at(x, y) / wetness.max(0.2), 0.15, 0.5);
+            // Lost and found: here and there the paper had dried before the brush came again; never where all only fades.
             let found = smoothstep(self.study.found.at(x, y), FOUND[0], FOUND[1]);
+            let found = found * (1.0 - intent.flat.at(x, y));
             let hard = if index == 0 { hard } else { hard.max(found / wetness.max(1.0)) };
             ((1.0 - hard) * (1.0 - 0.8 * self.study.exact.at(x, y))).clamp(0.0, 1.0)
                 * (plan.softness * wetness).min(1.0)
@@ -270,6 +272,7 @@ impl Planner<'_> {
         let uneven =
             plane(self.study.seed, &format!("water {index}"), self.study.mount.size, self.study.cells(0.1));
         let much = 0.2 * params.turbulence as f32;
+        let dry_within = self.study.cells(0.014) as f32;
         Raster::by_rows(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
             let film = plan.film * params.wetness.clamp(0.4, 1.6) as f32;
             // Where nothing is hard, less water stands; detail is painted with a nearly dry brush.
@@ -277,6 +280,9 @@ impl Planner<'_> {
             let exact = 1.0 - 0.45 * self.study.exact.at(x, y);
             // What is rough is painted with a drier one, so that not every mark gets a rim.
             let rough = 1.0 - 0.8 * (params.drybrush as f32 * self.study.rough.at(x, y)).min(1.0);
+            // At the border the brush runs dry here and there, and leaves no rim.
+            let border = smoothstep(self.study.inside.at(x, y), 0.0, dry_within);
+            let rough = rough * (1.0 - DRY * (1.0 - border) * smoothstep(uneven.at(x, y), -0.5, 0.5));
             // Dry pores drink first; what they take must not be missing beside damp paper, or water runs there and back.
             let drunk = DRUNK * (1.0 - moist.at(x, y)).max(0.0);
             (film * hard * exact * rough * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)

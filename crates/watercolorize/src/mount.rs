@@ -5,7 +5,7 @@ use girtin_grid::{Raster, random};
 use girtin_optics::{LinearRgb, Srgb};
 use girtin_painting::document::SheetSettings;
 
-use crate::accidents::{plane, smoothstep};
+use crate::accidents::plane;
 use crate::separate::in_lab;
 
 /// Color of the bare sheet.
@@ -188,17 +188,6 @@ impl Mount {
         })
     }
 
-    /// How far before the painting's border wash `index` ends, cells: here and there, each elsewhere, so that the ones below
-    /// are seen.
-    pub fn short_of_border(&self, mounting: &Mounting, seed: u64, index: usize) -> Raster<f32> {
-        if mounting.margin <= 0.0 || mounting.border == Border::Taped || index == 0 {
-            return Raster::new(self.size[0], self.size[1], 0.0);
-        }
-        let place = plane(seed, &format!("border {index}"), self.size, self.cells(0.05));
-        let most = 0.02 * self.long_edge as f32;
-        place.map(|place| most * smoothstep(place, 0.6, 2.2))
-    }
-
     /// [`Mount::distance`], the border's corners rounded, each by a radius of its own.
     fn rounded(&self, seed: u64) -> Raster<f32> {
         let key = random::key(seed, random::stage("corners"));
@@ -261,17 +250,5 @@ mod tests {
                 "{pixels:?}: {first} for {wanted}"
             );
         }
-    }
-
-    #[test]
-    fn later_washes_end_before_the_first_in_places_only() {
-        let mounting = Mounting::default();
-        let mount = Mount::new([640, 480], 320.0, &mounting);
-        let short = |index: usize| mount.short_of_border(&mounting, 1, index);
-        assert!(short(0).as_slice().iter().all(|&short| short == 0.0));
-        let (first, second) = (short(1), short(2));
-        let shorter = first.as_slice().iter().filter(|short| **short > 0.0).count();
-        assert!((1..first.as_slice().len() / 2).contains(&shorter), "{shorter}");
-        assert_ne!(first.as_slice(), second.as_slice());
     }
 }
