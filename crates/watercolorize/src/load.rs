@@ -23,7 +23,8 @@ const FAINT: f32 = 5.0;
 /// Steps of the photograph over a few cells, Lab, up to which and from which on a hole in a shape is modelling or a thing.
 const HOLE: [f32; 2] = [12.0, 28.0];
 
-/// How much less water there is at the painting's border where the brush runs dry.
+/// How near the painting's border the brush runs dry, a part of the long edge, and how much less water there is then.
+const DRY_WITHIN: f64 = 0.014;
 const DRY: f32 = 0.85;
 
 /// Noise of variance 1 from which on and above which edges that the photograph has lost are found again.
@@ -272,7 +273,7 @@ impl Planner<'_> {
         let uneven =
             plane(self.study.seed, &format!("water {index}"), self.study.mount.size, self.study.cells(0.1));
         let much = 0.2 * params.turbulence as f32;
-        let dry_within = self.study.cells(0.014) as f32;
+        let dry_within = self.study.cells(DRY_WITHIN) as f32;
         Raster::by_rows(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
             let film = plan.film * params.wetness.clamp(0.4, 1.6) as f32;
             // Where nothing is hard, less water stands; detail is painted with a nearly dry brush.

@@ -80,7 +80,7 @@ impl Study<'_> {
                 let surface = &mut surfaces[pieces.at(x, y) as usize];
                 surface.cells += 1;
                 let [of_white, of_light] = share.at(x, y);
-                surface.white += f64::from(of_white / of_light);
+                surface.white += f64::from(of_white / of_light.max(1e-6));
                 let around = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
                 if around.iter().any(|&(x, y)| x < width && y < height && bare.at(x, y) == 0) {
                     let is_soft = steps.at(x, y) < 16.0;

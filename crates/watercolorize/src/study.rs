@@ -29,9 +29,6 @@ const EVERYWHERE: f32 = 0.9;
 const TEXTURE: f64 = 0.006;
 const FINER: f32 = 0.5;
 
-/// How exactly faces are drawn at detail 1.
-const FACES: f32 = 1.0;
-
 /// Steps over a few cells, Lab, up to which and from which on there is an edge that could be sharp.
 const EDGE: [f32; 2] = [3.0, 9.0];
 
@@ -112,7 +109,7 @@ impl<'a> Study<'a> {
         let mut exact = exact.map(|exact| (exact * detail + everywhere).clamp(0.0, 1.0));
         if !faces.is_empty() {
             // The loosest hand keeps a likeness.
-            let much = (FACES * detail.sqrt()).min(1.0);
+            let much = detail.sqrt().min(1.0);
             let inside = in_faces(&faces, mount.size);
             let cells = exact.as_mut_slice().iter_mut().zip(inside.as_slice());
             cells.for_each(|(exact, inside)| *exact = exact.max(much * inside));
