@@ -51,10 +51,10 @@ pub fn faces(lightness: &Plane) -> Vec<Face> {
     let found = detector.detect(&ImageData::new(&gray, width as u32, height as u32));
     let face = |found: &rustface::FaceInfo| {
         let marked = found.bbox();
-        let [size, across] = [marked.width(), marked.height()].map(|pixels| pixels as f32);
-        let middle = [marked.x() as f32 + 0.5 * size, marked.y() as f32 + 0.45 * across];
+        let [wide, high] = [marked.width(), marked.height()].map(|pixels| pixels as f32);
+        let middle = [marked.x() as f32 + 0.5 * wide, marked.y() as f32 + 0.45 * high];
         let of_picture = |pixels: [f32; 2]| [pixels[0] / width as f32, pixels[1] / height as f32];
-        Face { middle: of_picture(middle), half: of_picture([HEAD[0] * size, HEAD[1] * across]) }
+        Face { middle: of_picture(middle), half: of_picture([HEAD[0] * wide, HEAD[1] * high]) }
     };
     found.iter().map(face).collect()
 }

@@ -40,8 +40,8 @@ const MASKED: &str = "masked.png";
 /// Steps after which drops fall into the first wash: it shines no more, and is not dry yet.
 const STEPS_BEFORE_DROPS: u32 = 56;
 
-/// How far inside the photograph's border drops fall, parts of the long edge.
-const NEAR_BORDER: [f64; 2] = [0.0, 0.014];
+/// How far inside the photograph's border drops fall at most, a part of the long edge.
+const NEAR_BORDER: f64 = 0.014;
 
 /// What is to be painted, and how.
 #[derive(Clone, Copy, Debug)]
@@ -323,14 +323,14 @@ impl<'a> Painter<'a> {
     fn drops(&self) -> Vec<Event> {
         let key = random::key(self.request.seed, random::stage("drops"));
         let cells_per_mm = self.study.mount.cells_per_mm;
-        let near_border = NEAR_BORDER.map(|part| -self.study.cells(part) as f32);
+        let near_border = -self.study.cells(NEAR_BORDER) as f32;
         // Places are tried in order; a picture that is exact everywhere gets fewer.
         let places = (0..200 * self.request.params.drops).filter(|&at| {
             let [x, y] = place_of_drop(key, at, self.study.mount.size);
             let distance = self.study.distance.at(x, y);
             self.study.exact.at(x, y) < 0.25
                 && self.study.bare.at(x, y) == 0
-                && (near_border[1]..near_border[0]).contains(&distance)
+                && (near_border..0.0).contains(&distance)
         });
         let splash = |at: u32| {
             let center =

@@ -108,7 +108,7 @@ impl<'a> Study<'a> {
         let (detail, everywhere) = (params.detail as f32, EVERYWHERE * (params.detail as f32 - 1.0).max(0.0));
         let mut exact = exact.map(|exact| (exact * detail + everywhere).clamp(0.0, 1.0));
         if !faces.is_empty() {
-            // The loosest hand keeps a likeness.
+            // A loose hand keeps a likeness all the same.
             let much = detail.sqrt().min(1.0);
             let inside = in_faces(&faces, mount.size);
             let cells = exact.as_mut_slice().iter_mut().zip(inside.as_slice());
