@@ -54,7 +54,8 @@ impl RunConfig<'_> {
             return work(1);
         }
         if threads == 0 {
-            return work(rayon::current_num_threads());
+            // On a thread of the pool, lest every pass be handed over to it.
+            return rayon::scope(|_| work(rayon::current_num_threads()));
         }
         let pool = match kept.take() {
             Some(pool) if pool.current_num_threads() == threads => pool,

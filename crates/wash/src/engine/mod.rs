@@ -5,6 +5,7 @@
 //! of wet cells of each pool; the reference runs every routine by itself over the whole canvas. They give the same bits.
 
 pub mod c97;
+mod crew;
 pub mod living;
 mod facts;
 pub mod ground;

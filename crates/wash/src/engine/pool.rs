@@ -10,6 +10,7 @@ use multiversion::multiversion;
 use rayon::prelude::*;
 
 use super::Task;
+use super::crew::Crew;
 use super::facts::RowFacts;
 use super::ground::Ground;
 use super::pipeline::{depth, descend};
@@ -43,6 +44,7 @@ pub struct Pool {
     damp_cuts: Vec<usize>,
     scratch: Vec<Scratch>,
     halos: Halos,
+    crew: Crew,
     /// What only the living wash needs.
     living: Option<LivingFields>,
     /// The water of pigment that is finer.
@@ -217,6 +219,7 @@ impl Pool {
             damp_cuts,
             scratch,
             halos,
+            crew: Crew::default(),
             living,
             water: None,
             steepest: 0.0,
@@ -362,11 +365,7 @@ impl Pool {
             descend(stages, &mut world);
             world.found
         };
-        if worlds.len() == 1 {
-            worlds.into_iter().map(work).fold(Found::default(), Found::with)
-        } else {
-            worlds.into_par_iter().map(work).reduce(Found::default, Found::with)
-        }
+        self.crew.share(worlds, work).into_iter().fold(Found::default(), Found::with)
     }
 
     /// Takes back the guarded sweep of the last pass, and what followed it.
