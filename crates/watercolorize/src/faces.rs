@@ -26,6 +26,11 @@ const SCALE: f32 = 0.8;
 const HEAD: [f32; 2] = [0.66, 0.82];
 const END: [f32; 2] = [0.85, 1.3];
 
+/// Shoulders and chest: how far below the head's middle, and half their size, in half heads; and how exact they are.
+const BELOW: f32 = 3.0;
+const CHEST: [f32; 2] = [2.9, 2.9];
+const FIGURE: f32 = 0.5;
+
 /// A face: its middle and half its head's size, parts of the picture's width and height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Face {
@@ -59,13 +64,14 @@ pub fn faces(lightness: &Plane) -> Vec<Face> {
     found.iter().map(face).collect()
 }
 
-/// How much each cell is part of a face, 0 to 1.
-pub fn in_faces(faces: &[Face], [width, height]: [usize; 2]) -> Plane {
+/// How exactly each cell is drawn as part of a face, 1, or of the figure below it, less.
+pub fn in_figures(faces: &[Face], [width, height]: [usize; 2]) -> Plane {
     Raster::by_rows(width, height, |x, y| {
         let cell = [(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32];
         let inside = faces.iter().map(|face| {
             let [off, up] = [0, 1].map(|k: usize| (cell[k] - face.middle[k]) / face.half[k]);
-            1.0 - smoothstep(libm::hypotf(off, up), END[0], END[1])
+            let within = |off: f32, up: f32| 1.0 - smoothstep(libm::hypotf(off, up), END[0], END[1]);
+            within(off, up).max(FIGURE * within(off / CHEST[0], (up - BELOW) / CHEST[1]))
         });
         inside.fold(0.0, f32::max)
     })
@@ -110,11 +116,12 @@ mod tests {
     }
 
     #[test]
-    fn a_face_is_a_soft_ellipse() {
-        let face = Face { middle: [0.5, 0.4], half: [0.2, 0.3] };
-        let inside = in_faces(&[face], [100, 100]);
-        assert_eq!((inside.at(50, 40), inside.at(50, 60), inside.at(95, 40)), (1.0, 1.0, 0.0));
-        let edge = inside.at(71, 40);
+    fn a_face_is_a_soft_ellipse_above_a_less_exact_figure() {
+        let face = Face { middle: [0.5, 0.2], half: [0.1, 0.15] };
+        let exact = in_figures(&[face], [100, 100]);
+        assert_eq!((exact.at(50, 20), exact.at(50, 30), exact.at(95, 20)), (1.0, 1.0, 0.0));
+        let edge = exact.at(60, 20);
         assert!(0.0 < edge && edge < 1.0, "{edge}");
+        assert_eq!((exact.at(50, 60), exact.at(40, 70), exact.at(5, 60)), (FIGURE, FIGURE, 0.0));
     }
 }

@@ -17,6 +17,12 @@ const ALONG_RIMS: f64 = 0.025;
 /// Part of a white surface's rim that may be soft.
 const SOFT: f64 = 0.35;
 
+/// Half the width of a thin surface, a part of the long edge, and how light, Lab, the photograph is beyond its ends, on which
+/// part of its rim, where it is a piece of a longer one: a row of such pieces would be lozenges.
+const THIN: f64 = 0.006;
+const LIGHT_BEYOND: f32 = 88.0;
+const CUT: f64 = 0.03;
+
 /// A light surface: its cells, how white they and those around them are, and cells at its rim, and at a soft rim.
 #[derive(Clone, Copy, Debug, Default)]
 struct Surface {
@@ -24,13 +30,16 @@ struct Surface {
     white: f64,
     rim: u32,
     soft: u32,
+    /// Cells of its rim beyond which the photograph is as light.
+    cut: u32,
 }
 
 impl Surface {
-    /// Whether it stays bare paper.
-    fn is_reserved(&self) -> bool {
-        self.white > WHITE * f64::from(self.cells)
-            && f64::from(self.soft) <= SOFT * f64::from(self.rim.max(1))
+    /// Whether it stays bare paper; `thin` is half the width of a thin one, cells.
+    fn is_reserved(&self, thin: f64) -> bool {
+        let [cells, rim, soft, cut] = [self.cells, self.rim.max(1), self.soft, self.cut].map(f64::from);
+        let is_piece = cells < thin * rim && cut > CUT * rim;
+        self.white > WHITE * cells && soft <= SOFT * rim && !is_piece
     }
 }
 
@@ -82,7 +91,10 @@ impl Study<'_> {
                 let [of_white, of_light] = share.at(x, y);
                 surface.white += f64::from(of_white / of_light.max(1e-6));
                 let around = [(x.wrapping_sub(1), y), (x + 1, y), (x, y.wrapping_sub(1)), (x, y + 1)];
-                if around.iter().any(|&(x, y)| x < width && y < height && bare.at(x, y) == 0) {
+                let beyond = |&(x, y): &(usize, usize)| x < width && y < height && bare.at(x, y) == 0;
+                if around.iter().any(beyond) {
+                    let is_light = |&(x, y): &(usize, usize)| self.photo.at(x, y)[0] > LIGHT_BEYOND;
+                    surface.cut += u32::from(around.iter().filter(|at| beyond(at)).any(is_light));
                     let is_soft = steps.at(x, y) < 16.0;
                     surface.rim += 1;
                     surface.soft += u32::from(is_soft);
@@ -94,7 +106,7 @@ impl Study<'_> {
         bare = Raster::by_rows(width, height, |x, y| {
             // Towards a soft rim only white itself is bare, and what is painted fades into it.
             let [hard, soft] = rims.at(x, y);
-            let there = bare.at(x, y) != 0 && surfaces[pieces.at(x, y) as usize].is_reserved();
+            let there = bare.at(x, y) != 0 && surfaces[pieces.at(x, y) as usize].is_reserved(self.cells(THIN));
             u8::from(there && (white.at(x, y) != 0 || soft <= hard))
         });
         let slivers = self.slivers(&steps);

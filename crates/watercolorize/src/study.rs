@@ -8,7 +8,7 @@ use girtin_grid::resize::resized_plane;
 use crate::abstraction::abstracted;
 use crate::accidents::{noise, plane, smoothstep};
 use crate::attention::attention;
-use crate::faces::{faces, in_faces};
+use crate::faces::{faces, in_figures};
 use crate::lines::{ink, lights, warped};
 use crate::mount::{Mount, Mounting};
 use crate::painter::Request;
@@ -43,6 +43,11 @@ const STRAY: f32 = 0.35;
 /// and from which on.
 const FORM: [f64; 2] = [0.012, 0.05];
 const DIFFERING: [f32; 2] = [1.0, 3.0];
+
+/// Over how much of the long edge slopes of tone are compared, and how much of them goes one way in what is a form and in
+/// what only fades.
+const ONE_WAY_OVER: f64 = 0.06;
+const ONE_WAY: [f32; 2] = [0.7, 0.92];
 
 /// Rasters of the sheet's cells.
 pub type Plane = Raster<f32>;
@@ -110,7 +115,7 @@ impl<'a> Study<'a> {
         if !faces.is_empty() {
             // A loose hand keeps a likeness all the same.
             let much = detail.sqrt().min(1.0);
-            let inside = in_faces(&faces, mount.size);
+            let inside = in_figures(&faces, mount.size);
             let cells = exact.as_mut_slice().iter_mut().zip(inside.as_slice());
             cells.for_each(|(exact, inside)| *exact = exact.max(much * inside));
         }
@@ -234,9 +239,34 @@ fn sharpness(photo: &Colors, exact: &Plane, mount: &Mount) -> Plane {
 
 /// Where soft tones make forms, as out of focus, and do not only fade, as in a clear sky; 0 to 1.
 fn forms(photo: &Colors, mount: &Mount) -> Plane {
-    let light = photo.map(|[l, ..]| l);
+    // Beyond the border a fade fades on: mirrored it would be a form there.
+    let around = (3.0 * mount.cells(FORM[1])) as usize;
+    let [columns, rows] = mount.photo;
+    let light = Raster::by_rows(columns + 2 * around, rows + 2 * around, |x, y| {
+        let on_border = [x, y].map(|at| at.saturating_sub(around));
+        let on_border = [on_border[0].min(columns - 1), on_border[1].min(rows - 1)];
+        let [mirrored_x, mirrored_y] = [(0, x, columns), (1, y, rows)].map(|(axis, at, of)| {
+            let back = (2 * (on_border[axis] + around)).saturating_sub(at).saturating_sub(around);
+            back.min(of - 1)
+        });
+        let of_photo = |x: usize, y: usize| photo.at(mount.origin + x, mount.origin + y)[0];
+        2.0 * of_photo(on_border[0], on_border[1]) - of_photo(mirrored_x, mirrored_y)
+    });
     let [near, far] = FORM.map(|over| gaussian_plane(&light, mount.cells(over)));
-    let off = Raster::by_rows(light.width(), light.height(), |x, y| (near.at(x, y) - far.at(x, y)).abs());
+    // Along one direction alone tones only fade, however fast.
+    let slopes = Raster::by_rows(light.width(), light.height(), |x, y| {
+        let across = near.at((x + 1).min(light.width() - 1), y) - near.at(x.saturating_sub(1), y);
+        let down = near.at(x, (y + 1).min(light.height() - 1)) - near.at(x, y.saturating_sub(1));
+        [across * across, down * down, across * down]
+    });
+    let slopes = gaussian(&slopes, mount.cells(ONE_WAY_OVER));
+    let off = Raster::by_rows(photo.width(), photo.height(), |x, y| {
+        let [x, y] = [(x, columns), (y, rows)].map(|(at, of)| at.saturating_sub(mount.origin).min(of - 1) + around);
+        let [across, down, both] = slopes.at(x, y);
+        let one_way = libm::hypotf(across - down, 2.0 * both) / (across + down).max(1e-9);
+        let many_ways = 1.0 - smoothstep(one_way, ONE_WAY[0], ONE_WAY[1]);
+        (near.at(x, y) - far.at(x, y)).abs() * many_ways
+    });
     gaussian_plane(&off, mount.cells(FORM[1])).map(|off| smoothstep(off, DIFFERING[0], DIFFERING[1]))
 }
 
