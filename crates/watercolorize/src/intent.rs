@@ -22,6 +22,10 @@ const RICHER: f32 = 0.09;
 const LEAN: f32 = 2.4;
 const WARM: [f32; 2] = [0.35, 0.94];
 
+/// How much darker paint dries where water pools, Lab, and how many times that at most.
+const POOLED: f32 = 2.4;
+const MOST_POOLED: f32 = 1.8;
+
 /// How much of `stepping` goes into tiers.
 const TIERED: f32 = 1.2;
 
@@ -117,14 +121,25 @@ fn tiered(study: &Study<'_>, wanted: &Colors, even: &Colors, regions: &regions::
     within(wanted, &tiers, study.cells(TIER_OVER))
 }
 
-/// Lets the hue drift, the same way in every wash, or the later ones would take back what the first ones did.
+/// Lets hues drift and water pool, the same way in every wash, or the later ones would take back what the first ones did.
 fn charge(study: &Study<'_>, wanted: &mut Colors) {
-    let params = study.params;
-    let charge = (params.charging * params.freedom().min(1.0)) as f32;
-    let cells = wanted.as_mut_slice().iter_mut().zip(study.drift.as_slice());
-    for ((cell, &drift), exact) in cells.zip(study.exact.as_slice()) {
-        *cell = charged(*cell, drift, charge * (1.0 - 0.85 * exact));
+    let (params, freedom) = (study.params, study.params.freedom());
+    let charge = (params.charging * freedom.min(1.0)) as f32;
+    let pooled = POOLED * (params.turbulence * freedom) as f32;
+    for y in 0..wanted.height() {
+        for (x, cell) in wanted.row_mut(y).iter_mut().enumerate() {
+            let exact = study.exact.at(x, y);
+            let pool = pooled * study.pools.at(x, y).clamp(-MOST_POOLED, MOST_POOLED);
+            // Only what is soft was wet for so long.
+            cell[0] -= pool * study.graded(x, y) * (1.0 - exact) * seen_of_light(cell[0]);
+            *cell = charged(*cell, study.drift.at(x, y), charge * (1.0 - 0.85 * exact));
+        }
     }
+}
+
+/// How much of an unevenness shows on a color so light: little on white, and in the darkest.
+fn seen_of_light(l: f32) -> f32 {
+    smoothstep(100.0 - l, 3.0, 20.0) * smoothstep(l, 5.0, 30.0)
 }
 
 /// A color as it is after others were dropped in beside it: its hue turns to its neighbors', it is richer or grayer, and
@@ -182,6 +197,11 @@ mod tests {
             assert!(turn < 0.0 || turned(brown) < 6.0, "{turn}");
             assert!(turned(green) > 4.0 && (1.0..8.0).contains(&turned(blue)), "{turn}");
         }
+    }
+
+    #[test]
+    fn pools_show_on_no_white() {
+        assert_eq!((seen_of_light(98.0), seen_of_light(60.0), seen_of_light(2.0)), (0.0, 1.0, 0.0));
     }
 
     #[test]

@@ -106,7 +106,8 @@ impl Study<'_> {
         bare = Raster::by_rows(width, height, |x, y| {
             // Towards a soft rim only white itself is bare, and what is painted fades into it.
             let [hard, soft] = rims.at(x, y);
-            let there = bare.at(x, y) != 0 && surfaces[pieces.at(x, y) as usize].is_reserved(self.cells(THIN));
+            let there =
+                bare.at(x, y) != 0 && surfaces[pieces.at(x, y) as usize].is_reserved(self.cells(THIN));
             u8::from(there && (white.at(x, y) != 0 || soft <= hard))
         });
         let slivers = self.slivers(&steps);
@@ -148,5 +149,22 @@ impl Study<'_> {
         let there = Raster::by_rows(width, height, |x, y| u8::from(round.at(x, y) > 0.5) & there.at(x, y));
         let area = self.area(6e-5) as f32;
         cleaned(&there, &Raster::new(width, height, area), None)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_piece_of_a_thin_white_is_painted_and_a_whole_or_broad_one_stays_bare() {
+        let whole = Surface { cells: 60, white: 60.0, rim: 40, soft: 0, cut: 0 };
+        let broad = Surface { cells: 600, white: 600.0, cut: 4, ..whole };
+        assert!(whole.is_reserved(4.0) && broad.is_reserved(4.0));
+        assert!(!Surface { cut: 4, ..whole }.is_reserved(4.0));
+        assert!(
+            !Surface { soft: 20, ..whole }.is_reserved(4.0)
+                && !Surface { white: 30.0, ..whole }.is_reserved(4.0)
+        );
     }
 }

@@ -74,10 +74,10 @@ parameters! {
         }
         turbulence: f64 {
             symbol: "", label: "Turbulence", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.0, 2.0),
-            acts: Simulation, doc: "How unevenly water and pigment are laid.", source: "custom",
+            acts: Simulation, doc: "How unevenly water and pigment are laid, and how much darker soft parts dry where water pools.", source: "custom",
         }
         granulation: f64 {
-            symbol: "γ", label: "Granulation", unit: "1", default: 0.6, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            symbol: "γ", label: "Granulation", unit: "1", default: 0.45, hard: (0.0, 5.0), soft: (0.0, 2.0),
             acts: Simulation, doc: "How much pigment gathers in the paper's hollows.", source: "custom; C97 §4.5",
         }
         slivers: f64 {

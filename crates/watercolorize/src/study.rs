@@ -85,6 +85,8 @@ pub struct Study<'a> {
     pub stray_tone: Plane,
     /// Unevenness of hue, of variance 1.
     pub drift: Raster<[f32; 2]>,
+    /// Where water pools, of variance 1.
+    pub pools: Plane,
     /// Where edges that the photograph has lost are found again: the higher, the more; of variance 1.
     pub found: Plane,
     /// How far inside the painting's border each cell is, cells.
@@ -161,6 +163,7 @@ impl<'a> Study<'a> {
             stray_tone: stray_tone(request.seed, &photo, STRAY * TIER * tones.range, &mount),
             forms: forms(&photo, &mount),
             drift: noise(request.seed, "charging", mount.size, mount.cells(0.05)),
+            pools: plane(request.seed, "pools", mount.size, mount.cells(0.045)),
             found: plane(request.seed, "found edges", mount.size, mount.cells(0.05)),
             photo,
             rough,
@@ -243,14 +246,9 @@ fn forms(photo: &Colors, mount: &Mount) -> Plane {
     let around = (3.0 * mount.cells(FORM[1])) as usize;
     let [columns, rows] = mount.photo;
     let light = Raster::by_rows(columns + 2 * around, rows + 2 * around, |x, y| {
-        let on_border = [x, y].map(|at| at.saturating_sub(around));
-        let on_border = [on_border[0].min(columns - 1), on_border[1].min(rows - 1)];
-        let [mirrored_x, mirrored_y] = [(0, x, columns), (1, y, rows)].map(|(axis, at, of)| {
-            let back = (2 * (on_border[axis] + around)).saturating_sub(at).saturating_sub(around);
-            back.min(of - 1)
-        });
+        let ([x, back_x], [y, back_y]) = (beyond(x, around, columns), beyond(y, around, rows));
         let of_photo = |x: usize, y: usize| photo.at(mount.origin + x, mount.origin + y)[0];
-        2.0 * of_photo(on_border[0], on_border[1]) - of_photo(mirrored_x, mirrored_y)
+        2.0 * of_photo(x, y) - of_photo(back_x, back_y)
     });
     let [near, far] = FORM.map(|over| gaussian_plane(&light, mount.cells(over)));
     // Along one direction alone tones only fade, however fast.
@@ -261,13 +259,20 @@ fn forms(photo: &Colors, mount: &Mount) -> Plane {
     });
     let slopes = gaussian(&slopes, mount.cells(ONE_WAY_OVER));
     let off = Raster::by_rows(photo.width(), photo.height(), |x, y| {
-        let [x, y] = [(x, columns), (y, rows)].map(|(at, of)| at.saturating_sub(mount.origin).min(of - 1) + around);
+        let [x, y] = [(x, columns), (y, rows)].map(|(at, of)| beyond(at, mount.origin, of)[0] + around);
         let [across, down, both] = slopes.at(x, y);
         let one_way = libm::hypotf(across - down, 2.0 * both) / (across + down).max(1e-9);
         let many_ways = 1.0 - smoothstep(one_way, ONE_WAY[0], ONE_WAY[1]);
         (near.at(x, y) - far.at(x, y)).abs() * many_ways
     });
     gaussian_plane(&off, mount.cells(FORM[1])).map(|off| smoothstep(off, DIFFERING[0], DIFFERING[1]))
+}
+
+/// The cell of a row of `of` that is nearest to one which lies `around` before it or more, and as far inside as that is beyond.
+fn beyond(at: usize, around: usize, of: usize) -> [usize; 2] {
+    let (at, last) = (at as isize - around as isize, of as isize - 1);
+    let nearest = at.clamp(0, last);
+    [nearest, (2 * nearest - at).clamp(0, last)].map(|at| at as usize)
 }
 
 /// How far the borders of tiers of tones stray, Lab, `most` in the mean: no farther than tones differ around there, or an
@@ -310,4 +315,26 @@ fn roughness(fine: &Colors, broad: &Colors, exact: &Plane, mount: &Mount) -> Pla
         let rough = smoothstep(texture.at(x, y).max(0.0).sqrt(), 2.0, 7.0);
         rough * (1.0 - 0.9 * exact.at(x, y))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_fade_is_no_form_up_to_the_border_and_blurred_discs_are() {
+        let mounting = Mounting { margin: 0.0, ..Mounting::default() };
+        let mount = Mount::new([320, 240], 320.0, &mounting);
+        let [width, height] = mount.size;
+        let most = |light: &dyn Fn(f32, f32) -> f32| {
+            let forms =
+                forms(&Raster::from_fn(width, height, |x, y| [light(x as f32, y as f32), 0.0, 0.0]), &mount);
+            forms.as_slice().iter().fold(0.0f32, |most, &form| most.max(form))
+        };
+        // To the right, and ever faster downward.
+        assert!(most(&|x, _| 10.0 + 0.25 * x) < 0.02);
+        assert!(most(&|_, y| 90.0 - 0.001 * y * y) < 0.02);
+        let disc = |x: f32, y: f32| 40.0 * libm::expf(-(x * x + y * y) / 400.0);
+        assert!(most(&|x, y| 40.0 + disc(x - 160.0, y - 120.0) + disc(x - 100.0, y - 90.0)) > 0.9);
+    }
 }
