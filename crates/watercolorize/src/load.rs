@@ -25,7 +25,9 @@ const HOLE: [f32; 2] = [12.0, 28.0];
 
 /// How near the painting's border the brush runs dry, a part of the long edge, and how much less water there is then.
 const DRY_WITHIN: f64 = 0.014;
-const DRY: f32 = 0.85;
+const DRY: f32 = 0.95;
+/// Noise of variance 1 up to which and from which on it does.
+const RUN_DRY: [f32; 2] = [-1.2, 0.2];
 
 /// Noise of variance 1 from which on and above which edges that the photograph has lost are found again.
 const FOUND: [f32; 2] = [-0.6, 0.3];
@@ -283,7 +285,8 @@ impl Planner<'_> {
             let rough = 1.0 - 0.8 * (params.drybrush as f32 * self.study.rough.at(x, y)).min(1.0);
             // At the border the brush runs dry here and there, and leaves no rim.
             let border = smoothstep(self.study.inside.at(x, y), 0.0, dry_within);
-            let rough = rough * (1.0 - DRY * (1.0 - border) * smoothstep(uneven.at(x, y), -0.5, 0.5));
+            let rough =
+                rough * (1.0 - DRY * (1.0 - border) * smoothstep(uneven.at(x, y), RUN_DRY[0], RUN_DRY[1]));
             // Dry pores drink first; what they take must not be missing beside damp paper, or water runs there and back.
             let drunk = DRUNK * (1.0 - moist.at(x, y)).max(0.0);
             (film * hard * exact * rough * (1.0 + much * uneven.at(x, y)).clamp(0.4, 1.7) + drunk).min(1.0)

@@ -29,6 +29,11 @@ const EVERYWHERE: f32 = 0.9;
 const TEXTURE: f64 = 0.006;
 const FINER: f32 = 0.5;
 
+/// How much of their sharpness the edges of rough parts lose where shapes run together, and the noise below 0 there: not
+/// every leaf has an outline.
+const LOST: f32 = 0.95;
+const LOST_AT: [f32; 2] = [-0.7, 0.3];
+
 /// Steps over a few cells, Lab, up to which and from which on there is an edge that could be sharp.
 const EDGE: [f32; 2] = [3.0, 9.0];
 
@@ -87,7 +92,8 @@ pub struct Study<'a> {
     pub drift: Raster<[f32; 2]>,
     /// Where water pools, of variance 1.
     pub pools: Plane,
-    /// Where edges that the photograph has lost are found again: the higher, the more; of variance 1.
+    /// Where edges that the photograph has lost are found again, and those of rough parts are not lost: the higher, the more; of
+    /// variance 1.
     pub found: Plane,
     /// How far inside the painting's border each cell is, cells.
     pub inside: Plane,
@@ -138,7 +144,12 @@ impl<'a> Study<'a> {
         let covered = covered.as_ref().unwrap_or(&photo);
         let broad = abstracted(covered, &radius);
         let rough = roughness(covered, &broad, &exact, &mount);
-        let sharp = sharpness(&photo, &exact, &mount);
+        let found = plane(request.seed, "found edges", mount.size, mount.cells(0.05));
+        let mut sharp = sharpness(&photo, &exact, &mount);
+        let cells = sharp.as_mut_slice().iter_mut().zip(rough.as_slice()).zip(found.as_slice());
+        cells.for_each(|((sharp, rough), found)| {
+            *sharp *= 1.0 - LOST * rough * smoothstep(-found, LOST_AT[0], LOST_AT[1])
+        });
         let inside = mount.painted(&request.mounting, params.vignette as f32, paper, request.seed);
         let distance = mount.distance();
         let cells = photo.as_slice().iter().zip(distance.as_slice());
@@ -164,7 +175,7 @@ impl<'a> Study<'a> {
             forms: forms(&photo, &mount),
             drift: noise(request.seed, "charging", mount.size, mount.cells(0.05)),
             pools: plane(request.seed, "pools", mount.size, mount.cells(0.045)),
-            found: plane(request.seed, "found edges", mount.size, mount.cells(0.05)),
+            found,
             photo,
             rough,
             inside,
