@@ -151,7 +151,7 @@ impl Planner<'_> {
             let exact = self.study.exact.at(x, y);
             let graded = self.study.graded(x, y);
             let need = missing.at(x, y)[0] + 0.9 * chance.at(x, y) * (1.0 - 0.8 * exact) * (1.0 - graded);
-            let least = 4.0 - 1.0 * exact + 3.0 * simpler * (1.0 - exact);
+            let least = 4.0 - exact + simpler * (1.0 - exact);
             // Where it is flat all that is missing is meant.
             let least = least + flat.at(x, y) * (2.5 - least).min(0.0);
             // What is soft fades in from nothing.
