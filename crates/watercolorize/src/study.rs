@@ -22,6 +22,9 @@ const SHARP: [f32; 2] = [0.45, 0.9];
 /// Cells over which an edge of the photograph makes its step.
 const STEP: f64 = 3.0;
 
+/// Wetness beyond which no masking fluid is taken.
+const WETTEST_WITH_FLUID: f64 = 2.0;
+
 /// How much of what `detail` is above 1 is added to the exactness of every cell.
 const EVERYWHERE: f32 = 0.9;
 
@@ -136,7 +139,8 @@ impl<'a> Study<'a> {
             (simpler * (0.013 * (1.0 - exact) + 0.0022 * exact) * finer) as f32
         });
         let times = |by: f32| radius.map(|radius| radius * by);
-        let masked = (params.detail > 0.0).then(|| {
+        // Lines as fine as a hair over what all runs would be scratches.
+        let masked = (params.detail > 0.0 && params.wetness <= WETTEST_WITH_FLUID).then(|| {
             let exact = resized_plane(&exact, finer.size[0], finer.size[1]);
             lights(&fine, &finer, &exact)
         });

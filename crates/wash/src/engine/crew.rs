@@ -41,7 +41,7 @@ impl Crew {
                     to_begin.fetch_sub(1, Ordering::Relaxed);
                     *slot = Some(work(item));
                     to_end.fetch_sub(1, Ordering::Release);
-                    // What to wait for next is asked only then.
+                    // Lest it fall asleep before it is asked to wait for the next pass.
                     stay_awake(|| is_own_done.load(Ordering::Acquire), spin_loop);
                 });
             }
@@ -82,5 +82,42 @@ fn stay_awake(is_so: impl Fn() -> bool, meanwhile: impl Fn()) {
     let start = Instant::now();
     while !is_so() && start.elapsed() < PATIENCE {
         meanwhile();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Shares works of all sizes, from two threads of a pool at once.
+    fn share_in_pool(threads: usize) {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let run = || {
+            let crew = Crew::default();
+            for pass in 0..300usize {
+                let works: Vec<usize> = (0..pass % 6).collect();
+                let squares: Vec<usize> = works.iter().map(|work| work * work).collect();
+                assert_eq!(crew.share(works, |work| work * work), squares);
+            }
+        };
+        pool.join(run, run);
+    }
+
+    #[test]
+    fn results_are_in_order_for_any_number_of_threads() {
+        for threads in [1, 2, 3, 7] {
+            share_in_pool(threads);
+        }
+    }
+
+    #[test]
+    fn a_panic_in_a_band_is_not_waited_for_forever() {
+        for bad in 0..3 {
+            let crew = Crew::default();
+            let work = |work: usize| assert_ne!(work, bad, "this band panics");
+            let shared =
+                std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| crew.share(vec![0, 1, 2], work)));
+            assert!(shared.is_err(), "{bad}");
+        }
     }
 }
