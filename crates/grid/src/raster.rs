@@ -35,9 +35,8 @@ impl<T: Copy> Raster<T> {
     where
         T: Send,
     {
-        let value = &value;
-        let rows = (0..height).into_par_iter();
-        let data = rows.flat_map_iter(|y| (0..width).map(move |x| value(x, y))).collect();
+        let cells = (0..width * height).into_par_iter().with_min_len(width.max(1));
+        let data = cells.map(|cell| value(cell % width, cell / width)).collect();
         Self { width, height, data }
     }
 

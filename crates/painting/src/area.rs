@@ -213,7 +213,7 @@ impl Area {
         &self,
         canvas: &Canvas<'_>,
         map: Option<&Raster<f32>>,
-        covered: impl Fn(f64) -> f64,
+        covered: impl Fn(f64) -> f64 + Sync,
     ) -> Coverage {
         let (width, height) = (canvas.height.width(), canvas.height.height());
         let reach = self.soft_mm + self.ragged_mm;
@@ -229,7 +229,7 @@ impl Area {
         }
         let noise = Noise::new(canvas.seed, random::stage("ragged edge"));
         let bristles = Noise::new(canvas.seed, random::stage("bristles"));
-        let amount = Raster::from_fn(x1 - x0, y1 - y0, |x, y| {
+        let amount = Raster::by_rows(x1 - x0, y1 - y0, |x, y| {
             let (x, y) = (x0 + x, y0 + y);
             let cell = [canvas.origin[0] + x as f64 + 0.5, canvas.origin[1] + y as f64 + 0.5];
             let at = cell.map(|cells| cells / canvas.cells_per_mm);

@@ -37,7 +37,7 @@ impl Dried {
     ) -> Self {
         let layout = state.layout();
         let seen = state.suspended.iter().zip(&state.deposited).map(|(suspended, deposited)| {
-            Raster::from_fn(layout.width(), layout.height(), |x, y| {
+            Raster::by_rows(layout.width(), layout.height(), |x, y| {
                 suspended.cells(y)[x] + deposited.cells(y)[x]
             })
         });

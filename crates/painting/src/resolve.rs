@@ -304,7 +304,7 @@ impl Outline {
             let (x, y) = ((2 * x + 1) * wide / (2 * width), (2 * y + 1) * high / (2 * height));
             (regions.at(x, y) * 255.0 + 0.5) as u8
         };
-        let regions = Raster::from_fn(width, height, near);
+        let regions = Raster::by_rows(width, height, near);
         let edges = self.edges.as_ref().map(|edges| load(edges, maps)).transpose()?;
         let scale = width as f32 / wide as f32;
         let to_cells = |value: f32| value * 255.0 / EDGE_STEPS * scale;
@@ -312,7 +312,7 @@ impl Outline {
         let edges = edges.map_or_else(
             || Raster::new(width, height, 0.5),
             |edges| {
-                Raster::from_fn(width, height, |x, y| {
+                Raster::by_rows(width, height, |x, y| {
                     let at = [(x, wide, width), (y, high, height)];
                     let [x, y] = at.map(|(at, of, cells)| (at as f32 + 0.5) * of as f32 / cells as f32);
                     to_cells(edges.sample(x, y))
@@ -320,7 +320,7 @@ impl Outline {
             },
         );
         let masked = self.masked.as_ref().map(|masked| load(masked, maps)).transpose()?;
-        let open = Raster::from_fn(width, height, |x, y| {
+        let open = Raster::by_rows(width, height, |x, y| {
             let own = regions.at(x, y);
             let abuts = |x1: usize, y1: usize| {
                 x1 < width
