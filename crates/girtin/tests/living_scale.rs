@@ -20,7 +20,7 @@ const SCALES: [usize; 3] = [1, 2, 4];
 ///
 /// Wanted is 2.5 after either. After the finer one it is missed on damp paper (1.7 to 3.1 on five sheets), where fronts
 /// find other ways through finer grain, and just missed by a stroke on wet paper (2.51 on one of them) and by drybrush
-/// (2.66 on one), whose mask is grain.
+/// (2.64 on one), whose mask is grain.
 const MOST_DIFFERENT: [(f64, f64); 2] = [(0.5, 2.5), (0.25, 3.3)];
 /// Of a rim's width; there is a rim where its peak is that much of the inside at every scale.
 const RIM_TOLERANCE: f64 = 0.25;

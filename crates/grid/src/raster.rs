@@ -30,7 +30,7 @@ impl<T: Copy> Raster<T> {
         Self { width, height, data }
     }
 
-    /// [`Raster::from_fn`] on all threads, row by row.
+    /// [`Raster::from_fn`] on all threads.
     pub fn by_rows(width: usize, height: usize, value: impl Fn(usize, usize) -> T + Sync) -> Self
     where
         T: Send,

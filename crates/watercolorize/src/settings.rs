@@ -26,7 +26,7 @@ parameters! {
         }
         wetness: f64 {
             symbol: "", label: "Wetness", unit: "1", default: 1.0, hard: (0.0, 3.0), soft: (0.3, 2.0),
-            acts: Simulation, doc: "How wet washes are, and how far they run where the photograph is soft.", source: "custom",
+            acts: Simulation, doc: "How wet washes are, and how far they run where the photograph is soft; beyond 2 no masking fluid is taken.", source: "custom",
         }
         simplification: f64 {
             symbol: "", label: "Simplification", unit: "1", default: 1.3, hard: (0.0, 5.0), soft: (0.5, 2.5),

@@ -1,7 +1,7 @@
 //! Threads that stay awake between the passes of a run.
 //!
 //! A pass over a small canvas takes half a millisecond, and some hundredths of one lie between it and the next. A thread
-//! that falls asleep in between, or while the last band is still at work, has to be woken, which may take longer than either.
+//! that falls asleep in between, or while the last band is still at work, has to be woken, which takes up to a tenth of a step.
 
 use std::hint::spin_loop;
 use std::sync::Arc;
