@@ -9,6 +9,7 @@
 //! - [`field`]: a raster with a dry border, laid out for row kernels;
 //! - [`blur`]: Gaussian weights; blurs of rasters, and blurs that walls stop;
 //! - [`morphology`]: the most and the least around each cell;
+//! - [`distance`]: how far each cell is from the edge of a shape;
 //! - [`resize`]: the same raster with more or fewer cells.
 #![forbid(unsafe_code)]
 
@@ -20,6 +21,7 @@ pub mod aligned;
 pub mod field;
 pub mod blur;
 pub mod morphology;
+pub mod distance;
 pub mod resize;
 
 pub use aligned::Aligned;
