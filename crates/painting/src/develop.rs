@@ -9,12 +9,22 @@ use rayon::prelude::*;
 use crate::area::Canvas;
 use crate::composite::print;
 use crate::dried::Dried;
-use crate::resolve::{PlannedGlaze, PlannedOutline, PlannedSheet};
+use crate::drawing::BARE;
+use crate::fill::SampleRow;
+use crate::resolve::{PlannedFigures, PlannedGlaze, PlannedOutline, PlannedSheet};
+use crate::spline::{Blend, around, spline};
+use crate::surface::{Level, Surface};
 
 /// Rows of pixels that are developed at a time.
 const BAND: usize = 32;
 /// Bands between two looks at whether to go on: enough for many threads.
 const BANDS: usize = 32;
+
+/// Samples to each side of the part of the paper that its mean height is taken from.
+const LEVEL_SAMPLES: usize = 128;
+
+/// Samples of the drawing along a sample of the picture, if that is a pixel: what makes contours smooth.
+const LABELS: usize = 3;
 
 /// Least and most that grain makes of an amount.
 const GRAIN: [f32; 2] = [0.15, 2.5];
@@ -24,6 +34,8 @@ const GRAIN: [f32; 2] = [0.15, 2.5];
 pub struct Development<'a> {
     sheet: &'a PlannedSheet,
     glazes: Vec<(&'a Dried, &'a PlannedGlaze)>,
+    /// Of the paper, at the picture's resolution; where something is drawn.
+    level: Option<Level>,
 }
 
 /// Cells that a sample takes pigment from, and how much of each.
@@ -44,27 +56,6 @@ impl Shares {
     }
 }
 
-/// The four rows of cells around a row of samples, and how much it takes of each by a cubic B-spline.
-struct Blend {
-    rows: [usize; 4],
-    shares: [f32; 4],
-}
-
-impl Blend {
-    /// Of a field, for a row of samples at `y`, cells.
-    fn at(y: f32, of: usize) -> Self {
-        let y = (y - 0.5).clamp(0.0, (of - 1) as f32);
-        Self { rows: around(y as usize, of), shares: spline(y.fract()) }
-    }
-
-    fn of(&self, cells: &Raster<f32>) -> Vec<f32> {
-        let [a, b, c, d] = self.rows.map(|y| cells.row(y));
-        let [p, q, r, s] = self.shares;
-        let columns = a.iter().zip(b).zip(c).zip(d);
-        columns.map(|(((a, b), c), d)| p * a + q * b + r * c + s * d).collect()
-    }
-}
-
 /// Samples to a cell from which a sample takes from sixteen cells: linear between four, cells would show.
 const SMOOTH_FROM: f32 = 1.5;
 
@@ -74,7 +65,13 @@ impl<'a> Development<'a> {
         sheet: &'a PlannedSheet,
         glazes: impl IntoIterator<Item = (&'a Dried, &'a PlannedGlaze)>,
     ) -> Self {
-        Self { sheet, glazes: glazes.into_iter().collect() }
+        let glazes: Vec<(&Dried, &PlannedGlaze)> = glazes.into_iter().collect();
+        let is_drawn = glazes.iter().any(|(_, glaze)| glaze.figures.is_some());
+        let level = is_drawn.then(|| {
+            let per_mm = sheet.pixels_per_mm * sheet.samples as f64;
+            Level::of(&sheet.paper.height_field(LEVEL_SAMPLES, LEVEL_SAMPLES, per_mm, [0.0; 2]))
+        });
+        Self { sheet, glazes, level }
     }
 
     /// The picture, in linear light.
@@ -121,7 +118,7 @@ impl<'a> Development<'a> {
         let width = sheet.picture[0] * factor;
         let per_mm = sheet.pixels_per_mm * factor as f64;
         let first = rows.start * factor;
-        let is_fine = !sheet.samples_are_cells || sheet.relief_mm > 0.0;
+        let is_fine = !sheet.samples_are_cells || sheet.relief_mm > 0.0 || self.level.is_some();
         let above = usize::from(is_fine && first > 0);
         // With a row above and below, for slopes.
         let height = if is_fine {
@@ -149,10 +146,15 @@ impl<'a> Development<'a> {
                 print(&mut samples, *color, &area.cover(&canvas, map.as_ref()));
             }
         }
+        let drawn = self.level.map(|level| Drawn::new(sheet, level, &height, first - above, per_mm));
         for y in 0..count {
             let mut row = Row { y: first + y, width, per_mm, height: height.row(y + above) };
             for (dried, glaze) in &self.glazes {
-                row.lay(sheet, dried, glaze, samples.row_mut(y + above));
+                let ground = samples.row_mut(y + above);
+                match (&glaze.figures, &drawn) {
+                    (Some(figures), Some(drawn)) => drawn.lay(y + above, dried, glaze, figures, ground),
+                    _ => row.lay(sheet, dried, glaze, ground),
+                }
             }
         }
         if sheet.relief_mm > 0.0 {
@@ -166,6 +168,98 @@ impl<'a> Development<'a> {
             }
         }
         reduced(&samples, above, rows.len(), factor)
+    }
+}
+
+/// Some rows of samples with the drawing and the sheet's surface on them.
+struct Drawn<'a> {
+    sheet: &'a PlannedSheet,
+    labels: Raster<u16>,
+    labels_a_side: usize,
+    surface: Surface,
+    /// Where the first row and its first sample are, mm.
+    origin: [f64; 2],
+    per_mm: f64,
+}
+
+impl<'a> Drawn<'a> {
+    fn new(sheet: &'a PlannedSheet, level: Level, height: &Raster<f32>, first: usize, per_mm: f64) -> Self {
+        let origin = [sheet.trim_mm, sheet.trim_mm + first as f64 / per_mm];
+        let n = LABELS.div_ceil(sheet.samples);
+        let (width, rows) = (height.width() * n, height.height() * n);
+        let labels = if sheet.drawing.is_empty() {
+            Raster::new(width, rows, BARE)
+        } else {
+            sheet.drawing.labels(width, rows, per_mm * n as f64, origin)
+        };
+        let surface = Surface::new(height, level, per_mm, origin, sheet.seed);
+        Self { sheet, labels, labels_a_side: n, surface, origin, per_mm }
+    }
+
+    /// Lays a glaze over a row: its fill, and its marks over that.
+    fn lay(
+        &self,
+        y: usize,
+        dried: &Dried,
+        glaze: &PlannedGlaze,
+        figures: &PlannedFigures,
+        ground: &mut [LinearRgb],
+    ) {
+        let width = ground.len();
+        let at_y = self.origin[1] + (y as f64 + 0.5) / self.per_mm;
+        let row = SampleRow {
+            origin: [self.origin[0], at_y],
+            per_mm: self.per_mm,
+            cells_per_mm: self.sheet.cells_per_mm,
+            labels: &self.labels,
+            labels_a_side: self.labels_a_side,
+            surface: &self.surface,
+            y,
+        };
+        let mut covered = vec![0.0f32; width];
+        let mut amounts = vec![vec![0.0f32; width]; glaze.paints.len()];
+        if let Some(fill) = &figures.fill {
+            fill.row(&dried.amounts, &figures.grain, &row, &mut covered, &mut amounts);
+        }
+        for mark in &figures.marks {
+            let [[x0, y0], [x1, y1]] = mark.bounds();
+            if at_y < y0 || at_y > y1 {
+                continue;
+            }
+            let column = |mm: f64| ((mm - self.origin[0]) * self.per_mm).clamp(0.0, width as f64) as usize;
+            for x in column(x0)..column(x1 + 1.0 / self.per_mm) {
+                let place = [self.origin[0] + (x as f64 + 0.5) / self.per_mm, at_y];
+                let (tooth, pin) = (self.surface.tooth.row(y)[x], self.surface.pins.row(y)[x]);
+                let Some(touch) = mark.at(place, tooth, pin, self.per_mm as f32) else { continue };
+                // United: where two lie over each other paint lies once, the more of it.
+                let before = covered[x];
+                let all = before.max(touch.covered);
+                for (pigment, (row, grain)) in amounts.iter_mut().zip(&figures.grain).enumerate() {
+                    let own = mark.amounts(&touch, pigment) * self.surface.grain(x, y, *grain);
+                    let both = (row[x] * before).max(own * touch.covered);
+                    row[x] = if all > 0.0 { both / all } else { 0.0 };
+                }
+                covered[x] = all;
+            }
+        }
+        // Paper that is not covered shows as it was: a part of the light, not less paint.
+        let mut painted = 0;
+        while painted < width {
+            let begin = painted + covered[painted..].iter().take_while(|&&covered| covered <= 0.0).count();
+            let end = begin + covered[begin..].iter().take_while(|&&covered| covered > 0.0).count();
+            if begin < end {
+                let mut over: Vec<LinearRgb> = ground[begin..end].to_vec();
+                let parts: Vec<&[f32]> = amounts.iter().map(|row| &row[begin..end]).collect();
+                glaze_row(&glaze.paints, &parts, &mut over);
+                for ((ground, over), covered) in ground[begin..end].iter_mut().zip(&over).zip(&covered[begin..end]) {
+                    let covered = f64::from(*covered);
+                    for (below, above) in ground.0.iter_mut().zip(over.0) {
+                        *below += covered * (above - *below);
+                    }
+                }
+            }
+            painted = end.max(begin);
+        }
     }
 }
 
@@ -264,18 +358,6 @@ fn shares_of(
     }
     shares.iter_mut().for_each(|share| share.2 *= 1.0 - bare);
     Some((Shares::Beside(shares), level))
-}
-
-/// A cell with the one before it and the two after it.
-fn around(at: usize, of: usize) -> [usize; 4] {
-    [at.saturating_sub(1), at, (at + 1).min(of - 1), (at + 2).min(of - 1)]
-}
-
-/// Weights of a uniform cubic B-spline, `part` between the second and the third of four cells.
-fn spline(part: f32) -> [f32; 4] {
-    let (t, u) = (part, 1.0 - part);
-    let inner = |t: f32| (4.0 - 6.0 * t * t + 3.0 * t * t * t) / 6.0;
-    [u * u * u / 6.0, inner(t), inner(u), t * t * t / 6.0]
 }
 
 /// Gives the cells of every shape together what the shape covers of the sample.

@@ -43,7 +43,11 @@ use girtin_wash::{Ledger, WashModel};
 use crate::area::{Area, Shape};
 use crate::wash_settings::read_model;
 
+mod figures;
 mod write;
+
+pub use figures::{EdgeStretch, Figure, Fill, FilledFigure, Graded, MAX_FIGURES, Mark};
+use figures::read_amounts;
 
 /// Version of the format that this library writes about and reads.
 pub const FORMAT: u32 = 1;
@@ -76,6 +80,8 @@ pub struct Document {
     pub title: String,
     /// What is painted on.
     pub sheet: SheetSettings,
+    /// Contours that washes fill, in the order in which they are drawn.
+    pub drawing: Vec<Figure>,
     /// Glazes from the paper up.
     pub glazes: Vec<Glaze>,
 }
@@ -183,6 +189,15 @@ pub enum Event {
         /// How much of each of the glaze's pigments.
         amounts: Vec<f64>,
     },
+    /// Fills figures of the drawing, all of them one wet shape.
+    Fill(Fill),
+    /// Marks of a brush, united: where two lie over each other paint lies once.
+    Marks {
+        /// The marks.
+        marks: Vec<Mark>,
+        /// How strongly paint gathers along their edges, 0 to 2.
+        rim: f64,
+    },
     /// Moistens the paper: pores fill, and what they cannot hold stands as film.
     Moisten {
         /// Where.
@@ -253,7 +268,7 @@ impl Event {
             | Self::Lift { area, .. } => Some(area),
             Self::Dry { area, .. } => area.as_mut(),
             Self::Run { feed, .. } => feed.as_mut().map(|feed| &mut feed.area),
-            Self::Tilt { .. } => None,
+            Self::Tilt { .. } | Self::Fill(_) | Self::Marks { .. } => None,
         }
     }
 }
@@ -334,11 +349,13 @@ fn read_document(table: &Table<'_>, stock: &Stock) -> Result<Document, Fault> {
     let sheet = sheet.ok_or_else(|| {
         table.fault("sheet", "the file lacks `[sheet]`").hint("add it with `size = [width, height]` in mm")
     })?;
-    Ok(Document {
-        title: table.text("title")?.unwrap_or_default(),
-        sheet,
-        glazes: table.tables("glaze", |glaze| read_glaze(glaze, stock))?.unwrap_or_default(),
-    })
+    let drawing = table.tables("drawing", Figure::read)?.unwrap_or_default();
+    if drawing.len() > MAX_FIGURES {
+        let message = format!("the drawing has {} figures; {MAX_FIGURES} at most are drawn", drawing.len());
+        return Err(table.fault("drawing", message));
+    }
+    let glazes = table.tables("glaze", |glaze| read_glaze(glaze, stock, drawing.len()))?.unwrap_or_default();
+    Ok(Document { title: table.text("title")?.unwrap_or_default(), sheet, drawing, glazes })
 }
 
 fn read_sheet(table: &Table<'_>, stock: &Stock) -> Result<SheetSettings, Fault> {
@@ -392,7 +409,7 @@ fn read_color(table: &Table<'_>, key: &str) -> Result<Option<LinearRgb>, Fault> 
     Ok(Some(color.map_err(wrong)?.to_linear()))
 }
 
-fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {
+fn read_glaze(table: &Table<'_>, stock: &Stock, drawn: usize) -> Result<Glaze, Fault> {
     let mut pigments = Vec::new();
     for name in table.texts("pigments")?.unwrap_or_default() {
         match stock.pigments.get(&name) {
@@ -403,7 +420,7 @@ fn read_glaze(table: &Table<'_>, stock: &Stock) -> Result<Glaze, Fault> {
     let model: WashModel =
         table.table("wash", |wash| read_model(wash, WashModel::default()))?.unwrap_or_default();
     let events = table.tables("events", |table| {
-        let event = read_event(table, pigments.len())?;
+        let event = read_event(table, pigments.len(), drawn)?;
         let (key, does) = match event {
             Event::Tilt { .. } => ("do", "`tilt`"),
             Event::Run { until_dry: true, .. } => ("until", "`until`"),
@@ -445,6 +462,8 @@ enum Deed {
     Water,
     Pigment,
     Brush,
+    Fill,
+    Marks,
     Moisten,
     Blot,
     Tilt,
@@ -453,12 +472,14 @@ enum Deed {
     Dry,
 }
 
-fn read_event(table: &Table<'_>, pigments: usize) -> Result<Event, Fault> {
+fn read_event(table: &Table<'_>, pigments: usize, drawn: usize) -> Result<Event, Fault> {
     let deeds = [
         ("wet", Deed::Wet),
         ("water", Deed::Water),
         ("pigment", Deed::Pigment),
         ("brush", Deed::Brush),
+        ("fill", Deed::Fill),
+        ("marks", Deed::Marks),
         ("moisten", Deed::Moisten),
         ("blot", Deed::Blot),
         ("tilt", Deed::Tilt),
@@ -471,14 +492,7 @@ fn read_event(table: &Table<'_>, pigments: usize) -> Result<Event, Fault> {
         table.fault("do", "an event lacks `do`").hint(format!("it is one of {}", words.join(", ")))
     })?;
     let area = || Ok(table.table("area", Area::read)?.unwrap_or_default());
-    let amounts = || {
-        let amounts = table.real_list("amounts", 0.0..=100.0)?.unwrap_or_default();
-        if amounts.len() == pigments {
-            return Ok(amounts);
-        }
-        let message = format!("`amounts` has {} numbers for {pigments} pigments", amounts.len());
-        Err(table.fault("amounts", message).hint("give one amount for each of the glaze's pigments"))
-    };
+    let amounts = || read_amounts(table, "amounts", pigments);
     match deed {
         Deed::Wet => Ok(Event::Wet { area: area()? }),
         Deed::Water => Ok(Event::Water { area: area()?, amount: table.need_real("amount", -100.0..=100.0)? }),
@@ -487,6 +501,11 @@ fn read_event(table: &Table<'_>, pigments: usize) -> Result<Event, Fault> {
         Deed::Brush => {
             let water = table.need_real("water", 0.0..=100.0)?;
             Ok(Event::Brush { area: area()?, water, amounts: amounts()? })
+        }
+        Deed::Fill => Ok(Event::Fill(Fill::read(table, pigments, drawn)?)),
+        Deed::Marks => {
+            let marks = table.tables("marks", |mark| Mark::read(mark, pigments))?.unwrap_or_default();
+            Ok(Event::Marks { marks, rim: table.real("rim", 0.0..=2.0)?.unwrap_or(0.5) })
         }
         Deed::Moisten => {
             Ok(Event::Moisten { area: area()?, volumes: table.need_real("volumes", 0.0..=100.0)? })

@@ -4,6 +4,8 @@
 //! - [`document`]: a sheet and glazes of events, as TOML or JSON; [`area`]: where something is done; [`wash_settings`]: the
 //!   TOML of a single wash;
 //! - [`gallery`]: the paper's figures as documents;
+//! - [`drawing`]: contours at any resolution; [`brush`]: marks; `fill`: washes that fill contours; [`surface`]: what a sheet
+//!   shows below a millimetre;
 //! - [`resolve`]: millimetres become cells, names become pigments;
 //! - [`maps`]: where the maps are that it names;
 //! - [`memory`]: how much memory it will take; [`effort`]: how long;
@@ -19,6 +21,11 @@ pub mod document;
 pub mod area;
 pub mod wash_settings;
 pub mod gallery;
+pub mod drawing;
+pub mod brush;
+pub mod fill;
+pub mod surface;
+mod spline;
 pub mod resolve;
 pub mod maps;
 pub mod memory;

@@ -99,7 +99,8 @@ fn covered(event: &Event, size: [usize; 2], cells_per_mm: f64) -> u64 {
         | Event::Lift { area, .. } => Some(area),
         Event::Run { feed, .. } => feed.as_ref().map(|feed| &feed.area),
         Event::Dry { area, .. } => area.as_ref(),
-        Event::Tilt { .. } => None,
+        Event::Fill(_) => return (size[0] * size[1]) as u64,
+        Event::Tilt { .. } | Event::Marks { .. } => None,
     };
     area.map_or(0, |area| {
         let [columns, rows] = area.extent(size, cells_per_mm, [0.0; 2]);
@@ -110,7 +111,9 @@ fn covered(event: &Event, size: [usize; 2], cells_per_mm: f64) -> u64 {
 /// Cells that become wet in a glaze, at most.
 pub(crate) fn wet_cells(glaze: &Glaze, size: [usize; 2], cells_per_mm: f64) -> u64 {
     let wets =
-        |event: &&Event| matches!(event, Event::Wet { .. } | Event::Brush { .. } | Event::Moisten { .. });
+        |event: &&Event| {
+        matches!(event, Event::Wet { .. } | Event::Brush { .. } | Event::Fill(_) | Event::Moisten { .. })
+    };
     let wet = glaze.events.iter().filter(wets).map(|event| covered(event, size, cells_per_mm));
     wet.sum::<u64>().min((size[0] * size[1]) as u64)
 }

@@ -177,7 +177,10 @@ pub fn paint_glaze(
     let paper = (!sheet.samples_are_cells).then_some(&sheet.height);
     let laid = if plan.outline.is_some() { laid_by(&plan, &sheet.height) } else { Vec::new() };
     plan.deeds = Vec::new(); // done, and large
-    let dried = Dried::new(&state, plan.outline.as_ref(), &laid, paper);
+    let mut dried = Dried::new(&state, plan.outline.as_ref(), &laid, paper);
+    if let Some(fill) = plan.figures.as_ref().and_then(|figures| figures.fill.as_ref()) {
+        fill.complete(&mut dried.amounts);
+    }
     Ok(PaintedGlaze { pigments: pigments.collect(), plan, state, dried })
 }
 

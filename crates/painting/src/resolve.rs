@@ -9,6 +9,9 @@ use girtin_paper::{HeightSource, Sheet};
 use girtin_params::Place;
 use girtin_wash::{Ledger, PigmentHandling, WashModel};
 
+use crate::brush::PlannedMark;
+use crate::drawing::Drawing;
+use crate::fill::PlannedFill;
 use crate::area::{Area, Canvas, Coverage, Shape, TAPER_MM};
 use crate::document::{Document, Event, Glaze, MapName, Outline, Stock};
 use crate::map_file::MapError;
@@ -56,6 +59,8 @@ pub struct PlannedSheet {
     pub trim_mm: f64,
     /// Depth of the relief, mm.
     pub relief_mm: f64,
+    /// What is drawn on it.
+    pub drawing: Drawing,
     /// Whether a sample is a cell.
     pub samples_are_cells: bool,
 }
@@ -71,8 +76,21 @@ pub struct PlannedGlaze {
     pub model: WashModel,
     /// What it is confined to.
     pub outline: Option<PlannedOutline>,
+    /// Figures that it fills and marks that are made in it.
+    pub figures: Option<PlannedFigures>,
     /// What happens, in order.
     pub deeds: Vec<Deed>,
+}
+
+/// What of a glaze is drawn: exact at any resolution.
+#[derive(Clone, Debug)]
+pub struct PlannedFigures {
+    /// What it fills.
+    pub fill: Option<PlannedFill>,
+    /// Marks of a brush.
+    pub marks: Vec<PlannedMark>,
+    /// How strongly each pigment granulates: grain comes as the wash dries, from the paper at the picture's resolution.
+    pub grain: Vec<f32>,
 }
 
 /// Distance from an edge, cells of its map, from which on two shapes that abut all the same have no edge there.
@@ -248,6 +266,7 @@ impl Document {
             samples: sheet.cells_per_pixel as usize,
             trim_mm: sheet.trim_mm,
             relief_mm: sheet.relief_mm,
+            drawing: Drawing::new(&self.drawing, sheet.seed),
             samples_are_cells: sheet.cells_per_mm.is_none(),
         })
     }
@@ -271,6 +290,7 @@ impl Glaze {
         let size = [sheet.height.width(), sheet.height.height()];
         let outline = self.outline.as_ref().map(|outline| outline.resolve(size, maps)).transpose()?;
         let mut deeds = Vec::new();
+        let figures = self.resolve_figures(sheet, &pigments, size, &mut deeds);
         for event in &self.events {
             event.resolve(&canvas, maps, &mut deeds)?;
         }
@@ -282,15 +302,51 @@ impl Glaze {
             handlings: pigments.iter().map(|pigment| self.handling_of(pigment)).collect(),
             model: self.model,
             outline,
+            figures,
             deeds,
         })
     }
 }
 
 impl Glaze {
+    /// Whether it fills figures or has marks.
+    fn is_drawn(&self) -> bool {
+        self.events.iter().any(|event| matches!(event, Event::Fill(_) | Event::Marks { .. }))
+    }
+
     fn handling_of(&self, pigment: &Pigment) -> PigmentHandling {
         let own = handling_of(pigment);
-        PigmentHandling { granulation: (own.granulation * self.granulation).min(1.0), ..own }
+        let granulation = (own.granulation * self.granulation).min(1.0);
+        // What is drawn gets its grain as it dries: settling while water moves would emboss it.
+        PigmentHandling { granulation: if self.is_drawn() { 0.0 } else { granulation }, ..own }
+    }
+
+    fn resolve_figures(
+        &self,
+        sheet: &PlannedSheet,
+        pigments: &[&Pigment],
+        size: [usize; 2],
+        deeds: &mut Vec<Deed>,
+    ) -> Option<PlannedFigures> {
+        if !self.is_drawn() {
+            return None;
+        }
+        let fills = self.events.iter().filter_map(|event| match event {
+            Event::Fill(fill) if !fill.figures.is_empty() => Some(fill),
+            _ => None,
+        });
+        let fills: Vec<_> = fills.collect();
+        let fill = (!fills.is_empty()).then(|| {
+            PlannedFill::new(&fills, &sheet.drawing, size, sheet.cells_per_mm, sheet.seed, &self.name, deeds)
+        });
+        let marks = self.events.iter().filter_map(|event| match event {
+            Event::Marks { marks, rim } => Some(marks.iter().map(move |mark| (mark, *rim))),
+            _ => None,
+        });
+        let marks = marks.flatten().enumerate();
+        let marks = marks.map(|(number, (mark, rim))| PlannedMark::new(mark, rim, number, sheet.seed)).collect();
+        let grain = |pigment: &&Pigment| (handling_of(pigment).granulation * self.granulation) as f32;
+        Some(PlannedFigures { fill, marks, grain: pigments.iter().map(grain).collect() })
     }
 }
 
@@ -381,6 +437,8 @@ impl Event {
                 deeds.push(Deed::Water(times(area.cover_tapered(canvas, map.as_ref(), TAPER_MM), *water)));
                 Deed::Pigment(cover(area)?, amounts.clone())
             }
+            // What is drawn is resolved for the glaze as a whole, and lies there first.
+            Self::Fill(_) | Self::Marks { .. } => return Ok(()),
             Self::Moisten { area, volumes } => Deed::Moisten(scaled(area, *volumes)?),
             Self::Blot { area, fraction } => Deed::Blot(scaled(area, *fraction)?),
             Self::Tilt { degrees, toward } => Deed::Tilt(*degrees, *toward),

@@ -55,3 +55,38 @@ pub fn smoothstep(value: f32, low: f32, high: f32) -> f32 {
     let t = ((value - low) / (high - low)).clamp(0.0, 1.0);
     t * t * (3.0 - 2.0 * t)
 }
+
+/// Accidents one after the other, a function of seed and stage.
+#[derive(Clone, Debug)]
+pub struct Chance {
+    key: u64,
+    drawn: u64,
+}
+
+impl Chance {
+    /// Those of a stage.
+    pub fn new(seed: u64, stage: &str) -> Self {
+        Self { key: random::key(seed, random::stage(stage)), drawn: 0 }
+    }
+
+    fn next(&mut self) -> u64 {
+        self.drawn += 1;
+        random::fold(self.key, self.drawn)
+    }
+
+    /// From 0 to 1.
+    pub fn unit(&mut self) -> f32 {
+        random::unit_f64(random::mix(self.next())) as f32
+    }
+
+    /// Between two values.
+    pub fn between(&mut self, [least, most]: [f32; 2]) -> f32 {
+        least + self.unit() * (most - least)
+    }
+
+    /// About 0, most of it up to `deviation` to either side, never beyond 1.7 of it: the sum of three even ones.
+    pub fn spread(&mut self, deviation: f32) -> f32 {
+        let sum: f32 = (0..3).map(|_| self.between([-1.0, 1.0])).sum();
+        deviation * sum * 0.57
+    }
+}

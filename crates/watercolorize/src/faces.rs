@@ -64,14 +64,23 @@ pub fn faces(lightness: &Plane) -> Vec<Face> {
     found.iter().map(face).collect()
 }
 
+/// How much of each cell is part of a head, 0 to 1.
+pub fn in_heads(faces: &[Face], size: [usize; 2]) -> Plane {
+    within(faces, size, 0.0)
+}
+
 /// How exactly each cell is drawn as part of a face, 1, or of the figure below it, less.
-pub fn in_figures(faces: &[Face], [width, height]: [usize; 2]) -> Plane {
+pub fn in_figures(faces: &[Face], size: [usize; 2]) -> Plane {
+    within(faces, size, FIGURE)
+}
+
+fn within(faces: &[Face], [width, height]: [usize; 2], figure: f32) -> Plane {
     Raster::by_rows(width, height, |x, y| {
         let cell = [(x as f32 + 0.5) / width as f32, (y as f32 + 0.5) / height as f32];
         let inside = faces.iter().map(|face| {
             let [off, up] = [0, 1].map(|k: usize| (cell[k] - face.middle[k]) / face.half[k]);
             let within = |off: f32, up: f32| 1.0 - smoothstep(libm::hypotf(off, up), END[0], END[1]);
-            within(off, up).max(FIGURE * within(off / CHEST[0], (up - BELOW) / CHEST[1]))
+            within(off, up).max(figure * within(off / CHEST[0], (up - BELOW) / CHEST[1]))
         });
         inside.fold(0.0, f32::max)
     })

@@ -1,16 +1,15 @@
 //! A picture becomes a painting: few transparent washes of real pigments, light to dark, planned on what dried.
 //!
 //! In the order data flows:
-//! - [`settings`]: what is asked for, and presets of it;
-//! - [`mount`]: the photograph on its sheet; [`attention`]: what of it is drawn exactly, and `faces`;
-//! - [`abstraction`]: fewer, flatter shapes; [`regions`]: shapes whose borders are hard edges; [`lines`]: ink and masking
-//!   fluid;
-//! - [`tone`]: a watercolor's tones; [`palette`]: pigments that mix its colors; [`separate`]: how much of each;
-//! - [`study`]: all that is known of the photograph before the first wash; `reserves`: what of the sheet stays bare;
-//! - `washes`: what is asked of the first wash, and of the last; `walls`: where its shapes keep apart; `intent`: what
-//!   it is to look like; `load`: what of that is missing on the sheet as the washes below dried, and how much water and
-//!   pigment are laid for it;
-//! - [`painter`]: wash by wash, until the painting is done.
+//! - [`settings`]: what is asked for, in a painter's words, and presets of it;
+//! - [`mount`]: the photograph on its sheet;
+//! - looking: [`attention`] and `faces`, [`texture`], [`simplify`], all of it in [`study`];
+//! - deciding: [`values`], few and in a light key; [`masses`] of one tone, and their [`contours`]; [`shapes`], a mix with a
+//!   gradient each; `edges`, crisp, lost or dragged; `border`, where the painting ends;
+//! - marking: [`tracer`] finds strokes, [`accents`] which of them are darks and lights, [`rules`] put them for texture;
+//!   `strokes` are all the marks of a picture;
+//! - mixing: [`palette`], pigments that mix its colors; [`separate`] and `mixing`, how much of each in every wash;
+//! - [`painter`]: all of it as a document, and the document painted.
 //!
 //! And for whoever has pigments in order and regions, or wants to cut them out:
 //! - [`superpixels`](mod@superpixels): pixels gathered into small patches of one color;
@@ -23,18 +22,23 @@ pub mod settings;
 pub mod mount;
 pub mod attention;
 mod faces;
-pub mod abstraction;
-pub mod regions;
-pub mod lines;
-pub mod tone;
+pub mod texture;
+pub mod simplify;
+pub mod study;
+pub mod values;
+mod segments;
+pub mod masses;
+pub mod contours;
+pub mod shapes;
+mod border;
+mod edges;
+pub mod tracer;
+pub mod accents;
+pub mod rules;
+mod strokes;
 pub mod palette;
 pub mod separate;
-pub mod study;
-mod reserves;
-mod washes;
-mod walls;
-mod intent;
-mod load;
+mod mixing;
 pub mod painter;
 
 mod accidents;

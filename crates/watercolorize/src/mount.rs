@@ -1,11 +1,10 @@
 //! The photograph on its sheet: where it lies, in millimetres and in cells, and how the painting ends around it.
 
 use girtin_grid::resize::resized;
-use girtin_grid::{Raster, random};
+use girtin_grid::Raster;
 use girtin_optics::{LinearRgb, Srgb};
 use girtin_painting::document::SheetSettings;
 
-use crate::accidents::plane;
 use crate::separate::in_lab;
 
 /// Color of the bare sheet.
@@ -19,11 +18,13 @@ pub(crate) fn stored(color: Srgb) -> LinearRgb {
 /// How the painting ends on the sheet.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Border {
-    /// As the brush ended.
+    /// Shapes stop at different distances, in marks of the brush.
     #[default]
-    Ragged,
-    /// Along masking tape.
+    Vignette,
+    /// Along masking tape, with corners left open.
     Taped,
+    /// At a sheet's torn edge.
+    Deckle,
 }
 
 /// The sheet that is asked for.
@@ -39,15 +40,12 @@ pub struct Mounting {
 
 impl Default for Mounting {
     fn default() -> Self {
-        Self { long_edge_mm: 160.0, margin: 0.05, border: Border::default() }
+        Self { long_edge_mm: 360.0, margin: 0.05, border: Border::default() }
     }
 }
 
 /// What is painted beyond a picture that has no margin, a part of the long edge; it is cut off.
 const BLEED: f64 = 0.025;
-
-/// Radii that corners of a ragged border are rounded by, parts of the long edge.
-const CORNERS: [f64; 2] = [0.004, 0.03];
 
 /// A photograph on a sheet of cells.
 #[derive(Clone, Debug)]
@@ -118,18 +116,6 @@ impl Mount {
         }
     }
 
-    /// The same on cells half as wide.
-    pub fn finer(&self) -> Self {
-        Self {
-            long_edge: 2.0 * self.long_edge,
-            cells_per_mm: 2.0 * self.cells_per_mm,
-            size: self.size.map(|side| 2 * side),
-            origin: 2 * self.origin,
-            photo: self.photo.map(|side| 2 * side),
-            ..self.clone()
-        }
-    }
-
     /// A part of the long edge, cells.
     pub fn cells(&self, part: f64) -> f64 {
         part * self.long_edge
@@ -162,50 +148,6 @@ impl Mount {
         };
         Raster::by_rows(self.size[0], self.size[1], |x, y| {
             beyond(x, self.photo[0]).max(beyond(y, self.photo[1]))
-        })
-    }
-
-    /// How far beyond each cell the painting goes, cells: it is painted where this is above 0.
-    pub fn painted(&self, mounting: &Mounting, vignette: f32, paper: &Raster<f32>, seed: u64) -> Raster<f32> {
-        if mounting.margin <= 0.0 {
-            return Raster::new(self.size[0], self.size[1], 1e3);
-        }
-        let (distance, s) = (self.distance(), self.long_edge as f32);
-        let noise = |name: &str, sigma: f64| plane(seed, name, self.size, self.cells(sigma));
-        if mounting.border == Border::Taped {
-            let bleeding = noise("taped border", 0.004);
-            return Raster::by_rows(self.size[0], self.size[1], |x, y| {
-                -distance.at(x, y) + 0.0006 * s * bleeding.at(x, y)
-            });
-        }
-        let (long, short) = (noise("border, long", 0.05), noise("border, short", 0.012));
-        let (wide, fine) = (noise("vignette, wide", 0.07), noise("vignette, fine", 0.02));
-        let corners = self.rounded(seed);
-        Raster::by_rows(self.size[0], self.size[1], |x, y| {
-            let ragged = 0.0055 * long.at(x, y) + 0.0014 * short.at(x, y) + 0.003 * (paper.at(x, y) - 0.5);
-            let dissolved = vignette * (0.02 + 0.008 * wide.at(x, y) + 0.004 * fine.at(x, y));
-            -corners.at(x, y) + s * (0.006 * (1.0 - vignette.min(1.0)) + ragged - dissolved)
-        })
-    }
-
-    /// [`Mount::distance`], the border's corners rounded, each by a radius of its own.
-    fn rounded(&self, seed: u64) -> Raster<f32> {
-        let key = random::key(seed, random::stage("corners"));
-        let radii = [0i64, 1].map(|below| {
-            [0i64, 1].map(|right| {
-                let radius = random::between(random::at(key, [right, below]), CORNERS[0], CORNERS[1]);
-                self.cells(radius) as f32
-            })
-        });
-        let inside = |cell: usize, of: usize| {
-            let (first, last) = (self.origin as f32, (self.origin + of) as f32 - 1.0);
-            ((cell as f32 - first).min(last - cell as f32), usize::from(2 * cell >= 2 * self.origin + of))
-        };
-        Raster::by_rows(self.size[0], self.size[1], |x, y| {
-            let ((x, right), (y, below)) = (inside(x, self.photo[0]), inside(y, self.photo[1]));
-            let radius = radii[below][right];
-            let (dx, dy) = (radius - x, radius - y);
-            if dx > 0.0 && dy > 0.0 { libm::hypotf(dx, dy) - radius } else { dx.max(dy) - radius }
         })
     }
 }

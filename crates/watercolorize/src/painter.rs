@@ -1,47 +1,56 @@
-//! Wash by wash: what is missing is found on the sheet as the washes below dried, and just that is laid.
+//! The plan of a photograph becomes a document: a drawing, washes that fill it light to dark, and marks on top.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use girtin_grid::resize::resized;
-use girtin_grid::{Raster, random};
-use girtin_optics::kubelka_munk::glaze_row;
-use girtin_optics::{LinearRgb, Pigment, Srgb, UnknownPigment};
-use girtin_painting::area::{Area, Canvas, Shape};
-use girtin_painting::composite::print;
-use girtin_painting::document::{Event, Glaze, MapName, Outline, SheetSettings};
-use girtin_painting::paint::paint_glaze;
-use girtin_painting::resolve::{EDGE_STEPS, PlannedSheet};
-use girtin_painting::{
-    Document, MapChest, PaintConfig, PaintError, Painted, PaintedGlaze, ResolveError, Stock, StoredMap,
+use girtin_grid::Raster;
+use girtin_grid::resize::resized_plane;
+use girtin_optics::{Pigment, UnknownPigment};
+use girtin_painting::document::{
+    Event, Figure, Fill, FilledFigure, Glaze, Graded, MAX_FIGURES, Mark, SheetSettings,
 };
+use girtin_painting::drawing::Drawing;
+use girtin_painting::{Document, MapChest, PaintConfig, PaintError, Painted, ResolveError, Stock};
 use girtin_wash::{LivingParams, WashModel};
 use rayon::prelude::*;
 
-use crate::accidents::plane;
-use crate::intent::Intent;
-use crate::load::{Load, Planner};
-use crate::mount::{Mount, Mounting, PAPER, stored};
-use crate::palette::{choose, clusters};
-use crate::separate::{MOST, Paints, lab};
+use crate::accents::lights;
+use crate::border::border;
+use crate::contours::around;
+use crate::edges::Edges;
+use crate::mixing::{glazed, linear, over, stored as stored_amounts};
+use crate::mount::{Mount, Mounting, PAPER};
+use crate::palette::{Cluster, choose};
+use crate::separate::{MOST, Paints};
 use crate::settings::PhotoParams;
-use crate::study::Study;
-use crate::tone::Tones;
-use crate::washes::WashPlan;
+use crate::shapes::{Shape, Shapes};
+use crate::strokes::{Gesture, Sheet, outline};
+use crate::study::{Study, hundredths};
+use crate::values::MOST_WASHES;
 
-/// Color of ink.
-const INK: Srgb = Srgb([38.0 / 255.0, 34.0 / 255.0, 36.0 / 255.0]);
+/// Share of the whole that planning takes.
+const PLANNED: f64 = 0.4;
 
-/// Cells of the photograph that a palette is chosen for.
-const PALETTE_CELLS: f64 = 24_000.0;
+/// Cells along the long edge that washes are simulated on, and how many a millimetre at most: water shows no more.
+const WASH_CELLS: f64 = 680.0;
+const WASH_CELLS_PER_MM: f64 = 3.0;
 
-/// Name of the map of masking fluid; all washes go around it.
-const MASKED: &str = "masked.png";
+/// Most small lights.
+const MOST_LIGHTS: f64 = 72.0;
 
-/// Steps after which drops fall into the first wash: it shines no more, and is not dry yet.
-const STEPS_BEFORE_DROPS: u32 = 56;
+/// Difference of two colors, Lab, up to which they run into each other where they meet, by wash.
+const RUN_TOGETHER: [f32; MOST_WASHES] = [34.0, 16.0, 13.0, 13.0];
 
-/// How far inside the photograph's border drops fall at most, a part of the long edge.
-const NEAR_BORDER: f64 = 0.014;
+/// Film of each wash, how uneven it is, and over how much of the long edge.
+const WATER: [f64; MOST_WASHES] = [0.60, 0.45, 0.42, 0.40];
+const UNEVEN: [f64; MOST_WASHES] = [0.30, 0.30, 0.24, 0.16];
+const UNEVEN_OVER: f64 = 0.05;
+/// Steps that each wash has to dry in.
+const STEPS: [u32; MOST_WASHES] = [420, 300, 280, 240];
+/// Rims of each wash, and of marks.
+const RIMS: [f64; MOST_WASHES] = [0.8, 1.1, 1.1, 0.9];
+const MARK_RIMS: f64 = 0.6;
+/// Granulation of every wash, by a pigment's own.
+const GRAIN: f64 = 1.0;
 
 /// What is to be painted, and how.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +75,8 @@ pub struct Request<'a> {
     pub reserve: Option<&'a Raster<f32>>,
     /// How exactly things are drawn, 0 to 1, over the photograph; any size. `None`: it is found.
     pub detail_map: Option<&'a Raster<f32>>,
+    /// Where the eye is drawn to, parts of the photograph's width and height. `None`: it is found.
+    pub focus: Option<[f64; 2]>,
     /// Title.
     pub title: &'a str,
 }
@@ -75,12 +86,12 @@ pub struct Request<'a> {
 pub enum Stage {
     /// The photograph is looked at.
     Looking,
-    /// Pigments are chosen.
+    /// Values, masses and marks are decided on.
+    Planning,
+    /// Pigments are chosen and mixed.
     Palette,
-    /// A wash is planned, from 0.
-    Planning(usize),
-    /// A wash is laid and dries, from 0.
-    Washing(usize),
+    /// The planned washes are laid and dry.
+    Washing,
 }
 
 /// Who watches the work.
@@ -139,324 +150,318 @@ pub fn watercolorize(
     stock: &Stock,
     watch: &Watch<'_>,
 ) -> Result<Painting, PhotoError> {
-    let painter = Painter::new(request, stock, watch)?;
-    painter.paint()
+    let (document, maps) = plan(request, stock, watch)?;
+    let progress = |steps: u64, of: u64| {
+        if let Some(progress) = watch.progress {
+            // A wash is mostly dry long before its last step.
+            let part = (2.0 * steps as f64 / of.max(1) as f64).min(1.0);
+            progress(Stage::Washing, PLANNED + (1.0 - PLANNED) * part);
+        }
+    };
+    let config = PaintConfig { cancel: watch.cancel, progress: Some(&progress), ..PaintConfig::default() };
+    let painted = document.paint(stock, &maps, &config)?;
+    Ok(Painting { document, maps, painted })
 }
 
-struct Painter<'a> {
-    request: &'a Request<'a>,
-    stock: &'a Stock,
-    watch: &'a Watch<'a>,
-    study: Study<'a>,
-    pigments: Vec<&'a Pigment>,
-    paints: Paints,
-    document: Document,
-    maps: MapChest,
-    sheet: PlannedSheet,
-    /// The sheet as it is now.
-    current: Raster<LinearRgb>,
-    glazes: Vec<PaintedGlaze>,
+/// Plans a painting of a photograph, and lays nothing yet: its document.
+///
+/// # Errors
+/// As [`watercolorize`].
+pub fn plan(
+    request: &Request<'_>,
+    stock: &Stock,
+    watch: &Watch<'_>,
+) -> Result<(Document, MapChest), PhotoError> {
+    report(watch, Stage::Looking, 0.0)?;
+    let mount = Mount::new(request.pixels, request.params.cells_for(request.pixels), &request.mounting);
+    let study = Study::new(request, mount);
+    report(watch, Stage::Planning, 0.4 * PLANNED)?;
+    let planner = Planner::new(request, &study);
+    report(watch, Stage::Palette, 0.7 * PLANNED)?;
+    let pigments = palette(request, &planner.shapes, stock)?;
+    let paints = Paints::new(pigments.iter().map(|pigment| &pigment.coefficients));
+    let mut document = planner.document(&pigments, &paints);
+    document.title = request.title.to_owned();
+    report(watch, Stage::Washing, PLANNED)?;
+    Ok((document, MapChest::default()))
 }
 
-impl<'a> Painter<'a> {
-    fn new(request: &'a Request<'a>, stock: &'a Stock, watch: &'a Watch<'a>) -> Result<Self, PhotoError> {
-        report(watch, Stage::Looking, 0.0)?;
-        let (photo, params) = (request.photo, request.params);
-        let mount = Mount::new(request.pixels, params.cells_for(request.pixels), &request.mounting);
-        let mut document = document(request, &mount);
-        let mut maps = MapChest::default();
-        let mut sheet = document.resolve_sheet(stock, &maps)?;
-        let study = Study::new(request, mount, &sheet.height);
-        if params.ink > 0.0 {
-            maps.0.insert("ink.png".to_owned(), StoredMap::bytes(&study.ink(photo)));
-            document.sheet.printed.push((stored(INK), map_area("ink.png")));
-            sheet = document.resolve_sheet(stock, &maps)?;
-        }
-        if let Some(masked) = &study.masked {
-            maps.0.insert(MASKED.to_owned(), StoredMap::bytes(masked));
-        }
-        report(watch, Stage::Palette, 0.1)?;
-        let pigments = palette(request, &study.tones, stock)?;
-        Ok(Self {
-            paints: Paints::new(pigments.iter().map(|pigment| &pigment.coefficients)),
-            current: ground_of(&sheet),
-            request,
-            stock,
-            watch,
-            study,
-            pigments,
-            document,
-            maps,
-            sheet,
-            glazes: Vec::new(),
-        })
-    }
 
-    fn say(&self, stage: Stage, part: f64) -> Result<(), PhotoError> {
-        report(self.watch, stage, part)
-    }
-
-    fn paint(mut self) -> Result<Painting, PhotoError> {
-        let count = self.request.params.washes as usize;
-        let tones = self.study.tones;
-        let plans: Vec<WashPlan> = (0..count).map(|index| WashPlan::of(index, count)).collect();
-        // None of this waits for a sheet to dry, and much of it goes one cell after the other: all washes at once.
-        let intents: Vec<Intent> = (0..count)
-            .into_par_iter()
-            .map(|index| {
-                let lightest = |plan: &WashPlan| tones.darks + tones.range * plan.level;
-                let before = index.checked_sub(1).map_or(100.0, |before| lightest(&plans[before]));
-                Intent::new(&self.study, &plans[index], index, lightest(&plans[index]), before)
-            })
-            .collect();
-        for (index, (plan, intent)) in plans.iter().zip(intents).enumerate() {
-            let part = |of: f64| 0.25 + 0.75 * (index as f64 + of) / count as f64;
-            self.say(Stage::Planning(index), part(0.0))?;
-            let planner = Planner {
-                study: &self.study,
-                paper: &self.sheet.height,
-                current: &self.current,
-                paints: &self.paints,
-            };
-            let load = planner.plan(plan, index, &intent);
-            self.say(Stage::Washing(index), part(0.4))?;
-            if let Some(load) = load {
-                self.lay(plan, index, &load, part(0.4), 0.45 / count as f64)?;
-            }
-        }
-        Ok(Painting {
-            document: self.document,
-            maps: self.maps,
-            painted: Painted { sheet: self.sheet, glazes: self.glazes },
-        })
-    }
-
-    /// Writes a wash into the document, and lets it run and dry.
-    fn lay(
-        &mut self,
-        plan: &WashPlan,
-        index: usize,
-        load: &Load,
-        done: f64,
-        share: f64,
-    ) -> Result<(), PhotoError> {
-        let name = |of: &str| format!("wash-{}-{of}.png", index + 1);
-        let mut keep = |file: String, map: StoredMap| {
-            let area = map_area(&file);
-            self.maps.0.insert(file, map);
-            area
+/// How the washes behave: the first is wet and flows, later ones lie where they are laid but for their rims.
+fn physics(wash: usize, params: &PhotoParams) -> LivingParams {
+    let wet = params.wetness;
+    let default = LivingParams::default();
+    if wash == 0 {
+        return LivingParams {
+            edge_darkening: 0.005,
+            edge_width: 1.8,
+            evaporation: 0.005,
+            slope_scale: 0.03,
+            creep_speed: 0.0,
+            pigment_diffusion: default.pigment_diffusion * wet,
+            pigment_dispersion: default.pigment_dispersion * wet,
+            ..default
         };
-        let steps = load.edges.map(|edge| (edge * EDGE_STEPS + 0.5).min(255.0) as u8);
-        keep(name("shapes"), StoredMap::Bytes(load.shapes.clone()));
-        keep(name("edges"), StoredMap::Bytes(steps));
-        let turbulence =
-            plan.turbulence * (self.request.params.turbulence * self.request.params.freedom()) as f32;
-        // Wide, as a brush is refilled and a sheet leans; what is as small as a blotch would be dirt.
-        let [long, short] = [0.11, 0.012].map(|sigma| {
-            let stage = format!("load {sigma} {index}");
-            plane(self.request.seed, &stage, self.study.mount.size, self.study.mount.cells(sigma))
+    }
+    let little = 0.25 * (wet - 1.0).max(0.0);
+    LivingParams {
+        edge_darkening: 0.005,
+        edge_width: 1.2,
+        evaporation: 0.008,
+        slope_scale: 0.0,
+        creep_speed: 0.0,
+        pigment_diffusion: default.pigment_diffusion * little,
+        pigment_dispersion: default.pigment_dispersion * little,
+        lifting: 0.0,
+        settling: 0.3,
+        ..default
+    }
+}
+
+/// All that is decided, before colors are mixed.
+struct Planner<'a> {
+    request: &'a Request<'a>,
+    study: &'a Study,
+    shapes: Vec<Shape>,
+    edges: Edges,
+    /// Marks of each layer, from the first.
+    layers: Vec<(&'static str, Vec<Gesture>)>,
+}
+
+impl<'a> Planner<'a> {
+    fn new(request: &'a Request<'a>, study: &'a Study) -> Self {
+        let (params, seed) = (request.params, request.seed);
+        let found = Shapes::new(study, params, seed);
+        let mut shapes = found.shapes;
+        let s = study.mount.long_edge;
+        let labels = labels(&shapes, study);
+        // Small lights lie over all, and no wash fills them.
+        let fine = girtin_grid::blur::gaussian_plane(&study.lab.map(|color| color[0]), 0.0009 * s);
+        let chroma = study.lab.map(|[_, a, b]| libm::hypotf(a, b));
+        let plain = Raster::by_rows(labels.width(), labels.height(), |x, y| {
+            let shape = labels.at(x, y).checked_sub(1).map(|shape| &shapes[usize::from(shape)]);
+            shape.map_or(97.0, |shape| if shape.washes == 0 { 97.0 } else { shape.color_at([x as f32, y as f32])[0] })
         });
-        let mut events = vec![
-            Event::Moisten {
-                area: keep(name("moist"), StoredMap::bytes(&load.moist.map(|m| m / 2.0))),
-                volumes: 2.0,
-            },
-            Event::Wet { area: Area::default() },
-            Event::Water { area: keep(name("water"), StoredMap::bytes(&load.water)), amount: 1.0 },
-        ];
-        let mut pigments = Vec::new();
-        for k in 0..self.pigments.len() {
-            let mut amounts = Raster::by_rows(self.study.mount.size[0], self.study.mount.size[1], |x, y| {
-                let uneven = 1.0 + turbulence * (0.7 * long.at(x, y) + 0.25 * short.at(x, y));
-                let there = f32::from(u8::from(load.shapes.at(x, y) != 0));
-                load.amounts.at(x, y)[k] * uneven.clamp(0.4, 1.7) * there
-            });
-            let most = amounts.as_slice().iter().fold(0.0f32, |most, &amount| most.max(amount));
-            if most < 0.004 {
-                continue;
+        let texture = &study.texture;
+        let most = (MOST_LIGHTS * params.lights) as usize;
+        let kept = lights(&fine, &chroma, &study.attention, &texture.foliage, &study.face, &plain, &found.sky, s, most);
+        shapes.extend(kept.iter().map(|light| Shape::bare(vec![outline(light)])));
+        if let Some(reserve) = request.reserve {
+            let size = study.mount.photo;
+            let reserve = resized_plane(reserve, size[0], size[1]);
+            let mask = study.mount.place(&reserve.map(|value| [value])).map(|[value]| value >= 0.5);
+            let rings = around(&mask, s, 0.3);
+            if !rings.is_empty() {
+                shapes.push(Shape::bare(rings));
             }
-            amounts.as_mut_slice().iter_mut().for_each(|amount| *amount /= most);
-            let area = keep(name(&self.pigments[k].id), StoredMap::words(&amounts));
-            pigments.push((k, area, f64::from(most)));
         }
-        for (at, (_, area, most)) in pigments.iter().enumerate() {
-            let mut amounts = vec![0.0; pigments.len()];
-            amounts[at] = *most;
-            events.push(Event::Pigment { area: area.clone(), amounts });
+        let rings = border(study, &labels, &request.mounting, seed);
+        if !rings.is_empty() {
+            shapes.push(Shape { is_border: true, ..Shape::bare(rings) });
         }
-        if index == 0 && self.request.params.drops > 0 {
-            events.push(Event::Run { steps: STEPS_BEFORE_DROPS, until_dry: false, feed: None });
-            events.extend(self.drops());
+        shapes.truncate(MAX_FIGURES);
+        let labels = self::labels(&shapes, study);
+        let edges = Edges::new(study, &shapes, &labels, params, seed);
+        let sheet = Sheet { study, shapes: &shapes, labels: &labels, seed };
+        let layers = vec![
+            ("tones and texture", [sheet.inner_tones(params), sheet.texture(params)].concat()),
+            ("drybrush", sheet.dragged(params)),
+            ("accents", sheet.accents(params)),
+            ("ink", sheet.ink(&edges.inked, params)),
+        ];
+        let mut planner = Self { request, study, layers, edges, shapes: Vec::new() };
+        for (_, layer) in &mut planner.layers {
+            layer.retain(|gesture| sheet.is_free(gesture));
         }
-        events.push(Event::Run { steps: 400, until_dry: true, feed: None });
-        events.push(Event::Dry { area: None, damp: [0.0, 0.0] });
-        let glaze = Glaze {
-            name: format!("wash {}", index + 1),
-            pigments: pigments.iter().map(|(k, ..)| self.pigments[*k].id.clone()).collect(),
-            model: WashModel::Living(self.physics(plan)),
-            granulation: plan.granulation * self.request.params.granulation,
-            outline: Some(Outline {
-                regions: map_name(&name("shapes")),
-                edges: Some(map_name(&name("edges"))),
-                masked: self.study.masked.as_ref().map(|_| map_name(MASKED)),
-            }),
+        planner.shapes = shapes;
+        planner
+    }
+
+    fn document(&self, pigments: &[&Pigment], paints: &Paints) -> Document {
+        let (study, params) = (self.study, self.request.params);
+        let paper = PAPER.to_linear().0.map(|channel| channel as f32);
+        // Amounts of each shape, at both ends, in each wash.
+        let mixes: Vec<[Vec<Vec<f32>>; 2]> = self
+            .shapes
+            .par_iter()
+            .map(|shape| shape.colors.map(|color| glazed(paints, color, paper, shape.washes)))
+            .collect();
+        let names: Vec<String> = pigments.iter().map(|pigment| pigment.id.clone()).collect();
+        let glaze = |name: String, physics: LivingParams, events: Vec<Event>| Glaze {
+            name,
+            pigments: names.clone(),
+            model: WashModel::Living(physics),
+            granulation: GRAIN * params.granulation,
+            outline: None,
             events,
         };
-        let planned = glaze.resolve(&self.sheet, self.stock, &self.maps)?;
-        let progress = |steps: u64, of: u64| {
-            if let Some(progress) = self.watch.progress {
-                // A wash is mostly dry long before its last step.
-                let part = (2.0 * steps as f64 / of.max(1) as f64).min(1.0);
-                progress(Stage::Washing(index), done + share * part);
+        let labels = labels(&self.shapes, study);
+        let mut glazes = Vec::new();
+        for wash in 0..MOST_WASHES {
+            let families = families(&self.shapes, &mixes, &labels, wash, paints, paper, params.wetness as f32);
+            let figures: Vec<FilledFigure> = self
+                .shapes
+                .iter()
+                .enumerate()
+                .filter(|(_, shape)| shape.washes > wash)
+                .map(|(figure, shape)| {
+                    let [begin, end] = [0, 1].map(|end: usize| stored_amounts(&mixes[figure][end][wash]));
+                    let graded = (begin != end)
+                        .then(|| Graded { line: shape.line.map(|end| study.mm(end)), amounts: end });
+                    FilledFigure { figure, amounts: begin, graded, family: families[figure] }
+                })
+                .collect();
+            if figures.is_empty() {
+                continue;
             }
-        };
-        let config =
-            PaintConfig { cancel: self.watch.cancel, progress: Some(&progress), ..PaintConfig::default() };
-        let painted = paint_glaze(&self.sheet, &glaze, planned, index, &config)?;
-        lay_over(&painted, &mut self.current);
-        self.document.glazes.push(glaze);
-        self.glazes.push(painted);
-        Ok(())
-    }
-
-    /// Drops of water that gather at the border where nothing is exact, run back and push the paint aside.
-    fn drops(&self) -> Vec<Event> {
-        let key = random::key(self.request.seed, random::stage("drops"));
-        let cells_per_mm = self.study.mount.cells_per_mm;
-        let near_border = -self.study.cells(NEAR_BORDER) as f32;
-        // Places are tried in order; a picture that is exact everywhere gets fewer.
-        let places = (0..200 * self.request.params.drops).filter(|&at| {
-            let [x, y] = place_of_drop(key, at, self.study.mount.size);
-            let distance = self.study.distance.at(x, y);
-            self.study.exact.at(x, y) < 0.25
-                && self.study.bare.at(x, y) == 0
-                && (near_border..0.0).contains(&distance)
-        });
-        let splash = |at: u32| {
-            let center =
-                place_of_drop(key, at, self.study.mount.size).map(|at| (at as f64 + 0.5) / cells_per_mm);
-            let between = move |axis: i64, low: f64, high: f64| {
-                random::between(random::at(key, [i64::from(at), axis]), low, high)
+            let fill = Fill {
+                figures,
+                water: WATER[wash],
+                uneven: UNEVEN[wash],
+                uneven_scale_mm: hundredths(UNEVEN_OVER * self.request.mounting.long_edge_mm),
+                rim: hundredths(RIMS[wash] * params.rims).min(2.0),
+                edges: self.edges.soft[wash].clone(),
             };
-            let radius = self.study.cells(between(2, 0.008, 0.02)) / cells_per_mm;
-            // A drop splashes: one disc dries as a moon.
-            (0..3).map(move |part| {
-                let (sin, cos) = libm::sincos(between(3 + 3 * part, 0.0, std::f64::consts::TAU));
-                let off = if part == 0 { 0.0 } else { radius * between(4 + 3 * part, 0.7, 1.5) };
-                let radius = if part == 0 { radius } else { radius * between(5 + 3 * part, 0.3, 0.8) };
-                let area = Area {
-                    shape: Shape::Disc { center: [center[0] + off * cos, center[1] + off * sin], radius },
-                    soft_mm: 0.3 * radius,
-                    ragged_mm: 0.5 * radius,
-                    ragged_scale_mm: radius,
-                    ..Area::default()
-                };
-                Event::Water { area, amount: 0.9 }
-            })
-        };
-        places.take(self.request.params.drops as usize).flat_map(splash).collect()
-    }
-
-    fn physics(&self, plan: &WashPlan) -> LivingParams {
-        let params = self.request.params;
-        LivingParams {
-            edge_darkening: 8.0 * plan.edge_darkening * params.rims,
-            // Narrow, so that the seam between two shapes, a cell wide, counts as an edge.
-            edge_width: 1.2,
-            evaporation: 0.008,
-            creep_speed: 0.0,
-            slope_scale: plan.slope,
-            ..LivingParams::default()
+            let events = vec![
+                Event::Fill(fill),
+                Event::Run { steps: STEPS[wash], until_dry: true, feed: None },
+                Event::Dry { area: None, damp: [0.0; 2] },
+            ];
+            glazes.push(glaze(format!("wash {}", wash + 1), physics(wash, params), events));
+        }
+        let sheet = Sheet { study, shapes: &self.shapes, labels: &labels, seed: self.request.seed };
+        for (name, gestures) in self.layers.iter().filter(|(_, gestures)| !gestures.is_empty()) {
+            let marks = gestures.par_iter().map(|gesture| mark(gesture, &sheet, paints)).collect();
+            let events = vec![Event::Marks { marks, rim: hundredths(MARK_RIMS * params.rims).min(2.0) }];
+            glazes.push(glaze((*name).to_owned(), physics(1, params), events));
+        }
+        let Request { mounting, paper, seed, long_edge, .. } = self.request;
+        let settings = study.mount.sheet(mounting, paper, *seed, *long_edge);
+        let per_mm = (WASH_CELLS / mounting.long_edge_mm).min(WASH_CELLS_PER_MM);
+        let drawing = self.shapes.iter().map(|shape| Figure {
+            rings: shape.rings.iter().map(|ring| ring.iter().map(|&point| study.mm(point)).collect()).collect(),
+        });
+        Document {
+            title: String::new(),
+            drawing: drawing.collect(),
+            sheet: SheetSettings { cells_per_pixel: 1, cells_per_mm: Some(per_mm), ..settings },
+            glazes,
         }
     }
 }
 
-/// Tells the watcher, unless it has had enough.
+/// Which shape each cell of the plan belongs to, from 1.
+fn labels(shapes: &[Shape], study: &Study) -> Raster<u16> {
+    let figures: Vec<Figure> = shapes
+        .iter()
+        .map(|shape| Figure {
+            rings: shape.rings.iter().map(|ring| ring.iter().map(|&[x, y]| [f64::from(x), f64::from(y)]).collect()).collect(),
+        })
+        .collect();
+    let [width, height] = study.mount.size;
+    Drawing::exact(&figures).labels(width, height, 1.0, [0.0, 0.0])
+}
+
+/// Which shapes of a wash run into each other: those that meet and differ little are of one family.
+fn families(
+    shapes: &[Shape],
+    mixes: &[[Vec<Vec<f32>>; 2]],
+    labels: &Raster<u16>,
+    wash: usize,
+    paints: &Paints,
+    paper: [f32; 3],
+    wetness: f32,
+) -> Vec<u32> {
+    let colors: Vec<Option<[f32; 3]>> = shapes
+        .iter()
+        .zip(mixes)
+        .map(|(shape, mix)| (shape.washes > wash).then(|| crate::separate::lab(paints.over(&mix[0][wash], paper))))
+        .collect();
+    let mut of: Vec<u32> = (0..shapes.len() as u32).collect();
+    fn root(of: &mut [u32], mut at: u32) -> u32 {
+        while of[at as usize] != at {
+            of[at as usize] = of[of[at as usize] as usize];
+            at = of[at as usize];
+        }
+        at
+    }
+    let limit = RUN_TOGETHER[wash] * (0.5 + 0.5 * wetness);
+    for y in 0..labels.height() {
+        for x in 0..labels.width() {
+            let own = labels.row(y)[x];
+            let right = if x + 1 < labels.width() { labels.row(y)[x + 1] } else { own };
+            let below = if y + 1 < labels.height() { labels.row(y + 1)[x] } else { own };
+            for other in [right, below] {
+                if own == other || own == 0 || other == 0 {
+                    continue;
+                }
+                let (a, b) = (u32::from(own) - 1, u32::from(other) - 1);
+                let (Some(one), Some(two)) = (colors[a as usize], colors[b as usize]) else { continue };
+                let square: f32 = one.iter().zip(two).map(|(a, b)| (a - b) * (a - b)).sum();
+                if square < limit * limit {
+                    let (a, b) = (root(&mut of, a), root(&mut of, b));
+                    of[a.max(b) as usize] = a.min(b);
+                }
+            }
+        }
+    }
+    (0..shapes.len() as u32).map(|at| root(&mut of, at)).collect()
+}
+
+/// A gesture with its color mixed for what it lies on.
+fn mark(gesture: &Gesture, sheet: &Sheet<'_>, paints: &Paints) -> Mark {
+    let study = sheet.study;
+    let ground = linear(sheet.below(&gesture.points));
+    let amounts = |color| stored_amounts(&over(paints, color, ground));
+    let mm = |cells: f32| hundredths(f64::from(cells) / study.mount.cells_per_mm);
+    let three = |values: [f32; 3]| values.map(|value| hundredths(f64::from(value)));
+    Mark {
+        path: gesture.points.iter().map(|&point| study.mm(point)).collect(),
+        widths: gesture.widths.iter().map(|&width| mm(width).max(0.05)).collect(),
+        side: hundredths(f64::from(gesture.side)).clamp(-0.5, 0.5),
+        chisel_degrees: gesture.chisel.map(|degrees| libm::round(f64::from(degrees))),
+        dry: three(gesture.dry),
+        bristles: three(gesture.bristles),
+        drag: gesture.drag.map(|value| hundredths(f64::from(value))),
+        amounts: amounts(gesture.color),
+        end_amounts: gesture.end_color.map(amounts),
+        bead: 0.4,
+    }
+}
+
+/// The pigments: those asked for, or some that mix the planned colors.
+fn palette<'a>(
+    request: &Request<'_>,
+    shapes: &[Shape],
+    stock: &'a Stock,
+) -> Result<Vec<&'a Pigment>, PhotoError> {
+    if let Some(names) = request.palette {
+        if !(1..=MOST).contains(&names.len()) {
+            return Err(PhotoError::Palette(names.len()));
+        }
+        return Ok(names.iter().map(|name| stock.pigments.get(name)).collect::<Result<_, _>>()?);
+    }
+    // Small shapes at the focus count for more than their area.
+    let mut clusters: Vec<Cluster> = shapes
+        .iter()
+        .filter(|shape| shape.washes > 0)
+        .map(|shape| {
+            let [a, b] = shape.colors;
+            let middle = [0, 1, 2].map(|c: usize| 0.5 * (a[c] + b[c]));
+            (middle, libm::sqrt(shape.area) * f64::from(0.3 + shape.attention))
+        })
+        .collect();
+    crate::palette::gather(&mut clusters);
+    let paper = PAPER.to_linear().0.map(|channel| channel as f32);
+    Ok(choose(stock.pigments.iter(), &clusters, paper, request.params.colors as usize))
+}
+
 fn report(watch: &Watch<'_>, stage: Stage, part: f64) -> Result<(), PhotoError> {
-    if watch.cancel.is_some_and(|cancel| cancel.load(Ordering::SeqCst)) {
+    if watch.cancel.is_some_and(|cancel| cancel.load(Ordering::Relaxed)) {
         return Err(PhotoError::Cancelled);
     }
     if let Some(progress) = watch.progress {
         progress(stage, part);
     }
     Ok(())
-}
-
-/// The pigments that are asked for, or that suit the picture.
-fn palette<'a>(
-    request: &Request<'_>,
-    tones: &Tones,
-    stock: &'a Stock,
-) -> Result<Vec<&'a Pigment>, PhotoError> {
-    if let Some(names) = request.palette {
-        if names.is_empty() || names.len() > MOST {
-            return Err(PhotoError::Palette(names.len()));
-        }
-        return Ok(names.iter().map(|name| stock.pigments.get(name)).collect::<Result<_, _>>()?);
-    }
-    // The photograph alone, so that no margin has a say.
-    let pixels = request.pixels.map(|side| side as f64);
-    let shrink = libm::sqrt(PALETTE_CELLS / (pixels[0] * pixels[1])).min(1.0);
-    let [width, height] = pixels.map(|side| libm::round(side * shrink).max(1.0) as usize);
-    let small = resized(request.photo, width, height).map(|color| tones.of(lab(color)));
-    let clusters = clusters(&small, request.seed);
-    let paper = PAPER.to_linear().0.map(|channel| channel as f32);
-    Ok(choose(stock.pigments.iter(), &clusters, paper, request.params.colors as usize))
-}
-
-/// The document before any glaze.
-fn document(request: &Request<'_>, mount: &Mount) -> Document {
-    let Request { mounting, paper, seed, long_edge, params, .. } = request;
-    let sheet = mount.sheet(mounting, paper, *seed, *long_edge);
-    Document {
-        title: request.title.to_owned(),
-        sheet: SheetSettings { relief_mm: params.relief, ..sheet },
-        glazes: Vec::new(),
-    }
-}
-
-fn map_name(file: &str) -> MapName {
-    MapName { file: file.to_owned(), place: Default::default() }
-}
-
-fn map_area(file: &str) -> Area {
-    Area { shape: Shape::Map(map_name(file)), ..Area::default() }
-}
-
-/// The bare sheet at its cells, ink included.
-fn ground_of(sheet: &PlannedSheet) -> Raster<LinearRgb> {
-    let [width, height] = [sheet.height.width(), sheet.height.height()];
-    let mut ground = Raster::new(width, height, sheet.ground);
-    let canvas = Canvas::whole(&sheet.height, sheet.cells_per_mm, sheet.seed);
-    for (color, area, map) in &sheet.printed {
-        print(&mut ground, *color, &area.cover(&canvas, map.as_ref()));
-    }
-    ground
-}
-
-/// Lays what a glaze left over the sheet, cell by cell.
-fn lay_over(glaze: &PaintedGlaze, ground: &mut Raster<LinearRgb>) {
-    let width = ground.width();
-    let (amounts, paints) = (&glaze.dried.amounts, &glaze.plan.paints);
-    ground.as_mut_slice().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
-        let mut rows: Vec<Vec<f32>> = amounts.iter().map(|amounts| amounts.row(y).to_vec()).collect();
-        if let Some(outline) = &glaze.plan.outline {
-            let shapes = outline.regions.row(y);
-            for row in &mut rows {
-                row.iter_mut()
-                    .zip(shapes)
-                    .for_each(|(amount, &shape)| *amount *= f32::from(u8::from(shape != 0)));
-            }
-        }
-        let rows: Vec<&[f32]> = rows.iter().map(Vec::as_slice).collect();
-        glaze_row(paints, &rows, row);
-    });
-}
-
-/// The cell that a drop may fall on.
-fn place_of_drop(key: u64, at: u32, size: [usize; 2]) -> [usize; 2] {
-    [0, 1].map(|axis: usize| {
-        let part = random::unit_f64(random::at(key, [i64::from(at), axis as i64]));
-        (part * size[axis] as f64) as usize
-    })
 }

@@ -1,6 +1,5 @@
 //! A palette for a picture: a few real pigments that can mix its colors, chosen with a painter's taste.
 
-use girtin_grid::{Raster, random};
 use girtin_optics::pigment::Character;
 use girtin_optics::{Lab, LinearRgb, Pigment};
 use rayon::prelude::*;
@@ -9,6 +8,8 @@ use crate::separate::{Limits, MOST, Paints, lab};
 
 /// Colors that stand for a picture.
 const CLUSTERS: usize = 22;
+/// Colors that are looked at, at most.
+const MOST_COLORS: usize = 160;
 /// Palettes that are followed at a time.
 const BEAM: usize = 4;
 /// Gain, CIEDE2000, below which a further pigment is not worth its place.
@@ -20,48 +21,33 @@ const SEEN: f64 = 10.0;
 /// A color of the picture and how much it counts.
 pub type Cluster = ([f32; 3], f64);
 
-/// The colors that stand for a Lab picture, by k-means.
-pub fn clusters(lab: &Raster<[f32; 3]>, seed: u64) -> Vec<Cluster> {
-    let step = (lab.as_slice().len() / 6000).max(1);
-    let colors: Vec<[f32; 3]> = lab.as_slice().iter().copied().step_by(step).collect();
-    let distance = |a: &[f32; 3], b: &[f32; 3]| a.iter().zip(b).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
-    let key = random::key(seed, random::stage("palette clusters"));
-    let Some(&first) = colors.first() else { return Vec::new() };
-    let mut centers = vec![first];
-    let mut far: Vec<f32> = colors.iter().map(|color| distance(color, &first)).collect();
-    while centers.len() < CLUSTERS {
-        let sum: f64 = far.iter().map(|far| f64::from(*far)).sum();
-        if sum < 1.0 {
-            break;
+/// Gathers likely many colors into so many as a palette is chosen for: the two that are nearest each other, by weight, become
+/// one, again and again.
+pub fn gather(colors: &mut Vec<Cluster>) {
+    colors.sort_by(|a, b| b.1.total_cmp(&a.1));
+    colors.truncate(MOST_COLORS);
+    while colors.len() > CLUSTERS {
+        let mut nearest = (f64::INFINITY, 0, 1);
+        for i in 0..colors.len() {
+            for j in i + 1..colors.len() {
+                let ((a, u), (b, v)) = (&colors[i], &colors[j]);
+                let square: f64 = a.iter().zip(b).map(|(a, b)| f64::from((a - b) * (a - b))).sum();
+                // Ward's: what joining them costs.
+                let cost = square * u * v / (u + v).max(1e-12);
+                if cost < nearest.0 {
+                    nearest = (cost, i, j);
+                }
+            }
         }
-        let mut left = random::unit_f64(random::at(key, [centers.len() as i64, 0])) * sum;
-        let next = far.iter().position(|far| {
-            left -= f64::from(*far);
-            left <= 0.0
-        });
-        let next = colors[next.unwrap_or(colors.len() - 1)];
-        far.iter_mut().zip(&colors).for_each(|(far, color)| *far = far.min(distance(color, &next)));
-        centers.push(next);
+        let (_, i, j) = nearest;
+        let (b, v) = colors.remove(j);
+        let (a, u) = &mut colors[i];
+        let part = (v / (*u + v).max(1e-12)) as f32;
+        a.iter_mut().zip(b).for_each(|(a, b)| *a += part * (b - *a));
+        *u += v;
     }
-    let mut counts = vec![0usize; centers.len()];
-    for _ in 0..12 {
-        let mut sums = vec![([0.0f64; 3], 0usize); centers.len()];
-        for color in &colors {
-            let nearest = (0..centers.len())
-                .min_by(|&a, &b| distance(color, &centers[a]).total_cmp(&distance(color, &centers[b])))
-                .unwrap_or(0);
-            sums[nearest].1 += 1;
-            sums[nearest].0.iter_mut().zip(color).for_each(|(sum, value)| *sum += f64::from(*value));
-        }
-        for (k, (sum, count)) in sums.iter().enumerate().filter(|(_, (_, count))| *count > 0) {
-            centers[k] = sum.map(|sum| (sum / *count as f64) as f32);
-        }
-        counts = sums.iter().map(|(_, count)| *count).collect();
-    }
-    // Small colors count for more than their area: a red roof in a green wood needs its red.
-    let weights: Vec<f64> = counts.iter().map(|&count| libm::sqrt(count as f64)).collect();
-    let sum: f64 = weights.iter().sum();
-    centers.into_iter().zip(weights.into_iter().map(|weight| weight / sum.max(1e-9))).collect()
+    let sum: f64 = colors.iter().map(|color| color.1).sum();
+    colors.iter_mut().for_each(|color| color.1 /= sum.max(1e-9));
 }
 
 /// What a painter says against a pigment, CIEDE2000.

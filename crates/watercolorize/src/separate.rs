@@ -195,6 +195,13 @@ const TO_XYZ: [[f32; 3]; 3] = [
     [0.017_756_6, 0.109_468, 0.872_775_5],
 ];
 
+/// The way back.
+const FROM_XYZ: [[f32; 3]; 3] = [
+    [3.079_955, -1.537_139, -0.542_816_1],
+    [-0.921_258_6, 1.876_011_1, 0.045_247_5],
+    [0.052_887_4, -0.204_025_9, 1.151_138_5],
+];
+
 /// CIELAB of linear sRGB, and its derivatives by each channel.
 fn lab_and_slopes(color: [f32; 3]) -> ([f32; 3], [[f32; 3]; 3]) {
     let mut f = [0.0f32; 3];
@@ -227,6 +234,15 @@ pub fn lab(color: [f32; 3]) -> [f32; 3] {
         if t > 0.008_856 { libm::cbrtf(t) } else { 7.787 * t + 16.0 / 116.0 }
     });
     [116.0 * f[1] - 16.0, 500.0 * (f[0] - f[1]), 200.0 * (f[1] - f[2])]
+}
+
+/// Linear sRGB of CIELAB; channels may lie outside 0 to 1.
+pub fn from_lab([l, a, b]: [f32; 3]) -> [f32; 3] {
+    let y = (l + 16.0) / 116.0;
+    let xyz = [y + a / 500.0, y, y - b / 200.0].map(|f| {
+        if f > 0.206_896_6 { f * f * f } else { (f - 16.0 / 116.0) / 7.787 }
+    });
+    FROM_XYZ.map(|row| dot(row, xyz))
 }
 
 /// The same of a whole raster.

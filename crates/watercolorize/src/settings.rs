@@ -4,109 +4,83 @@ use girtin_params::read::Fault;
 use girtin_params::{Problem, Table, parameters, parse};
 
 parameters! {
-    /// How a picture is turned into washes.
-    ///
-    /// Lengths that say "of the long edge" are parts of the photograph's long edge.
+    /// How a picture is turned into washes and marks, in a painter's words.
     pub struct PhotoParams {
         washes: u32 {
-            symbol: "", label: "Washes", unit: "1", default: 4, hard: (1.0, 6.0), soft: (2.0, 5.0),
-            acts: Simulation, doc: "How many washes are laid over each other, light to dark.", source: "custom",
+            symbol: "", label: "Washes", unit: "1", default: 4, hard: (1.0, 4.0), soft: (2.0, 4.0),
+            acts: Simulation, doc: "How many washes are laid over each other, light to dark: with bare paper that is one value more.", source: "custom",
         }
-        fidelity: f64 {
-            symbol: "", label: "Fidelity", unit: "1", default: 0.5, hard: (0.0, 1.0), soft: (0.0, 1.0),
-            acts: Simulation, doc: "How closely the painting follows the photograph: turbulence, economy and how far later washes mend earlier ones move together.", source: "custom",
+        masses: f64 {
+            symbol: "", label: "Masses", unit: "1", default: 1.0, hard: (0.2, 5.0), soft: (0.6, 2.5),
+            acts: Simulation, doc: "How large the shapes are that things of one tone are joined to.", source: "custom",
         }
         detail: f64 {
-            symbol: "D", label: "Detail", unit: "1", default: 1.1, hard: (0.0, 2.0), soft: (0.0, 1.5),
+            symbol: "D", label: "Detail", unit: "1", default: 1.0, hard: (0.0, 2.0), soft: (0.3, 1.6),
             acts: Simulation, doc: "How much is drawn exactly where the eye rests.", source: "custom",
         }
-        plan_cells: u32 {
-            symbol: "S", label: "Planning size", unit: "cells", default: 640, hard: (64.0, 2000.0), soft: (480.0, 1200.0),
-            acts: Simulation, doc: "Cells along the long edge that the painting is planned and its water simulated on.", source: "custom",
-        }
-        wetness: f64 {
-            symbol: "", label: "Wetness", unit: "1", default: 1.0, hard: (0.0, 3.0), soft: (0.3, 2.0),
-            acts: Simulation, doc: "How wet washes are, and how far they run where the photograph is soft; beyond 2 no masking fluid is taken.", source: "custom",
-        }
-        simplification: f64 {
-            symbol: "", label: "Simplification", unit: "1", default: 1.3, hard: (0.0, 5.0), soft: (0.5, 2.5),
-            acts: Simulation, doc: "How large the shapes are that small things melt into.", source: "custom",
-        }
-        edge_threshold: f64 {
-            symbol: "τ", label: "Edge threshold", unit: "1", default: 1.0, hard: (0.1, 10.0), soft: (0.5, 2.0),
-            acts: Simulation, doc: "How hard an edge of the photograph must be to stop the water.", source: "custom",
-        }
-        rims: f64 {
-            symbol: "η", label: "Rims", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.0, 2.0),
-            acts: Simulation, doc: "How dark the rims of washes dry.", source: "custom; C97 §4.3.3",
-        }
-        wobble: f64 {
-            symbol: "", label: "Wobble", unit: "1", default: 1.0, hard: (0.0, 10.0), soft: (0.0, 3.0),
-            acts: Simulation, doc: "How far the hand strays: washes do not quite register.", source: "custom",
+        looseness: f64 {
+            symbol: "", label: "Looseness", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.5, 2.0),
+            acts: Simulation, doc: "How freely contours are drawn: long straight runs and few corners.", source: "custom",
         }
         key: f64 {
-            symbol: "", label: "Key", unit: "Lab L", default: 3.0, hard: (-20.0, 20.0), soft: (0.0, 8.0),
-            acts: Simulation, doc: "How much lighter than the photograph the middle tones are painted.", source: "custom",
+            symbol: "", label: "Key", unit: "1", default: 1.0, hard: (0.0, 3.0), soft: (0.3, 1.5),
+            acts: Simulation, doc: "How far tones are lifted toward a light key; 0 keeps the photograph's.", source: "custom",
         }
         chroma: f64 {
-            symbol: "", label: "Chroma", unit: "1", default: 1.08, hard: (0.0, 3.0), soft: (0.8, 1.4),
-            acts: Simulation, doc: "How much more colorful than the photograph.", source: "custom",
+            symbol: "", label: "Chroma", unit: "1", default: 1.0, hard: (0.0, 3.0), soft: (0.5, 1.5),
+            acts: Simulation, doc: "How colorful the painting is; 1 is calmer than a photograph.", source: "custom",
         }
-        darkest: f64 {
-            symbol: "", label: "Darkest", unit: "Lab L", default: 9.0, hard: (0.0, 60.0), soft: (6.0, 25.0),
-            acts: Simulation, doc: "The darkest tone; below it washes look dead.", source: "custom",
+        cool_darks: f64 {
+            symbol: "", label: "Cool darks", unit: "1", default: 1.0, hard: (-3.0, 6.0), soft: (0.0, 3.0),
+            acts: Simulation, doc: "How far neutral darks lean to blue.", source: "custom",
         }
-        economy: f64 {
-            symbol: "", label: "Economy", unit: "1", default: 0.06, hard: (0.0, 1.0), soft: (0.0, 0.4),
-            acts: Simulation, doc: "How much of what is missing later washes leave as it is, away from detail.", source: "custom",
+        lights: f64 {
+            symbol: "", label: "Lights", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.3, 2.0),
+            acts: Simulation, doc: "How many small lights are kept bare, under masking fluid.", source: "custom",
         }
-        charging: f64 {
-            symbol: "", label: "Charging", unit: "1", default: 1.1, hard: (0.0, 5.0), soft: (0.0, 2.0),
-            acts: Simulation, doc: "How far the hue drifts inside a wash, as when other colors are dropped in.", source: "custom",
+        accents: f64 {
+            symbol: "", label: "Accents", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.3, 2.0),
+            acts: Simulation, doc: "How many dark marks a pointed brush makes.", source: "custom",
         }
-        flatness: f64 {
-            symbol: "", label: "Flatness", unit: "1", default: 1.0, hard: (0.0, 1.0), soft: (0.0, 1.0),
-            acts: Simulation, doc: "How flat a wash is within its shapes.", source: "custom",
-        }
-        stepping: f64 {
-            symbol: "", label: "Stepping", unit: "1", default: 0.75, hard: (0.0, 1.0), soft: (0.0, 1.0),
-            acts: Simulation, doc: "How far tones step, at the edges of later washes and where the photograph is soft, rather than fade.", source: "custom",
-        }
-        turbulence: f64 {
-            symbol: "", label: "Turbulence", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.0, 2.0),
-            acts: Simulation, doc: "How unevenly water and pigment are laid, and how much darker soft parts dry where water pools.", source: "custom",
-        }
-        granulation: f64 {
-            symbol: "γ", label: "Granulation", unit: "1", default: 0.45, hard: (0.0, 5.0), soft: (0.0, 2.0),
-            acts: Simulation, doc: "How much pigment gathers in the paper's hollows.", source: "custom; C97 §4.5",
-        }
-        slivers: f64 {
-            symbol: "", label: "White slivers", unit: "1", default: 0.5, hard: (0.0, 5.0), soft: (0.0, 2.0),
-            acts: Simulation, doc: "How much bare paper is left between shapes here and there.", source: "custom",
+        texture: f64 {
+            symbol: "", label: "Texture", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.0, 2.0),
+            acts: Simulation, doc: "How many marks stand for leaves, grass, water and masonry.", source: "custom",
         }
         drybrush: f64 {
-            symbol: "", label: "Drybrush", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.0, 2.0),
-            acts: Simulation, doc: "How much of the rough parts is brushed on dry, over the paper's peaks only.", source: "custom; C97 §4.7",
+            symbol: "", label: "Drybrush", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.0, 2.0),
+            acts: Simulation, doc: "How often a brush runs dry and breaks up on the paper.", source: "custom; C97 §4.7",
         }
-        drops: u32 {
-            symbol: "", label: "Drops", unit: "1", default: 0, hard: (0.0, 40.0), soft: (0.0, 8.0),
-            acts: Simulation, doc: "How many drops of water fall into the first wash as it dries, and run back.", source: "custom",
+        lost_edges: f64 {
+            symbol: "", label: "Lost edges", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            acts: Simulation, doc: "How many contours run into wet paper.", source: "custom",
         }
-        vignette: f64 {
-            symbol: "", label: "Vignette", unit: "1", default: 0.0, hard: (0.0, 3.0), soft: (0.0, 1.5),
-            acts: Simulation, doc: "How far the painting dissolves into the sheet before its border.", source: "custom",
+        wetness: f64 {
+            symbol: "", label: "Wetness", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.3, 2.5),
+            acts: Simulation, doc: "How far colors run into each other within a wash.", source: "custom",
+        }
+        rims: f64 {
+            symbol: "η", label: "Rims", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.0, 2.0),
+            acts: Simulation, doc: "How dark the rims of washes dry.", source: "custom; C97 §4.3.3",
+        }
+        granulation: f64 {
+            symbol: "γ", label: "Granulation", unit: "1", default: 1.0, hard: (0.0, 5.0), soft: (0.0, 2.0),
+            acts: Simulation, doc: "How much pigment gathers in the paper's hollows.", source: "custom; C97 §4.5",
+        }
+        background: f64 {
+            symbol: "", label: "Background", unit: "1", default: 1.0, hard: (0.0, 1.0), soft: (0.0, 1.0),
+            acts: Simulation, doc: "How much is painted of what the subject stands before; 0 leaves it bare.", source: "custom",
         }
         ink: f64 {
             symbol: "", label: "Ink", unit: "1", default: 0.0, hard: (0.0, 3.0), soft: (0.0, 1.5),
-            acts: Appearance, doc: "How strongly outlines are drawn in ink before any wash.", source: "custom",
-        }
-        relief: f64 {
-            symbol: "", label: "Relief", unit: "mm", default: 0.03, hard: (0.0, 0.5), soft: (0.0, 0.1),
-            acts: Appearance, doc: "How deep the paper's grain shows under raking light.", source: "custom",
+            acts: Simulation, doc: "How much is drawn in ink before any wash.", source: "custom",
         }
         colors: u32 {
             symbol: "", label: "Colors", unit: "1", default: 6, hard: (1.0, 8.0), soft: (3.0, 8.0),
             acts: Simulation, doc: "How many pigments at most are chosen for the palette.", source: "custom",
+        }
+        plan_cells: u32 {
+            symbol: "S", label: "Planning size", unit: "cells", default: 1100, hard: (64.0, 3000.0), soft: (700.0, 1600.0),
+            acts: Simulation, doc: "Cells along the long edge that the painting is planned on.", source: "custom",
         }
     }
 }
@@ -136,6 +110,24 @@ pub struct BuiltIn {
     pub text: &'static str,
 }
 
+/// Parameters of formats before, and what to say instead.
+const REPLACED: &[(&str, &str)] = &[
+    ("fidelity", "give `masses` and `looseness`"),
+    ("simplification", "give `masses`"),
+    ("edge_threshold", "give `lost_edges`"),
+    ("wobble", "give `looseness`"),
+    ("darkest", "give `key`"),
+    ("economy", "give `masses`"),
+    ("charging", "give `wetness`"),
+    ("flatness", "shapes are always flat; leave it out"),
+    ("stepping", "give `washes`"),
+    ("turbulence", "give `wetness`"),
+    ("slivers", "give `lights`"),
+    ("drops", "give `wetness`"),
+    ("vignette", "paint with `--border vignette`"),
+    ("relief", "paintings have no relief; leave it out"),
+];
+
 macro_rules! built_in {
     ($($name:literal),*) => {
         /// The presets that come with Girtin; the first is the default.
@@ -144,7 +136,16 @@ macro_rules! built_in {
     };
 }
 
-built_in!("classic", "loose", "wet-in-wet", "detailed", "pen", "monochrome");
+built_in!(
+    "classic",
+    "loose",
+    "wet-in-wet",
+    "detailed",
+    "urban",
+    "botanical",
+    "monochrome",
+    "nocturne"
+);
 
 impl Preset {
     /// A preset of a built-in name.
@@ -166,8 +167,12 @@ impl Preset {
     /// # Errors
     /// A value is not allowed.
     pub fn from_table(table: &Table<'_>) -> Result<Self, Fault> {
+        if let Some((old, instead)) = REPLACED.iter().find(|(old, _)| table.has(old)) {
+            let message = format!("`{old}` was of a planner that followed the photograph, and means nothing now");
+            return Err(table.fault(old, message).hint(*instead));
+        }
         let palette = table.texts("palette")?;
-        let paper = table.text("paper")?.unwrap_or_else(|| "fine-grain".to_owned());
+        let paper = table.text("paper")?.unwrap_or_else(|| "cold-press".to_owned());
         Ok(Self { palette, paper, params: table.parameters()? })
     }
 }
@@ -177,11 +182,6 @@ impl PhotoParams {
     pub fn cells_for(&self, pixels: [usize; 2]) -> f64 {
         let longest = pixels[0].max(pixels[1]) as f64;
         f64::from(self.plan_cells).min((CELLS_PER_PIXEL * longest).max(LEAST_CELLS))
-    }
-
-    /// What fidelity makes of turbulence, economy and the like: 1 at its default, 0 at most, 2 at least.
-    pub fn freedom(&self) -> f64 {
-        2.0 * (1.0 - self.fidelity)
     }
 }
 

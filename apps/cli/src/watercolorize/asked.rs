@@ -18,23 +18,23 @@ use crate::input;
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Painting")]
 pub struct AskedArgs {
-    /// Manner of painting: classic, loose, wet-in-wet, detailed, pen or monochrome, or a TOML file of your own
+    /// Manner of painting: classic, loose, wet-in-wet, detailed, urban, botanical, monochrome or nocturne, or a TOML file of your own
     #[arg(long, value_name = "NAME|FILE", default_value = "classic", conflicts_with = "contact_sheet")]
     preset: String,
     /// Pigments to paint with, by name or from a TOML file with `pigments = [...]`; chosen for the photograph if not given
     #[arg(long, value_name = "A,B,C|FILE")]
     palette: Option<String>,
-    /// How closely the painting follows the photograph, from 0, freely, to 1
-    #[arg(long, value_name = "X", value_parser = real_within(0.0, 1.0))]
-    fidelity: Option<f64>,
     /// How much is drawn exactly where the eye rests
     #[arg(long, value_name = "HOW", value_enum, default_value_t = Detail::Normal)]
     detail: Detail,
-    /// How wet washes are, and how far they run: 1 is usual, 0 to 3
-    #[arg(long, value_name = "X", value_parser = real_within(0.0, 3.0))]
+    /// Where the eye is drawn to, parts of the photograph's width and height, such as 0.3,0.6; found if not given
+    #[arg(long, value_name = "X,Y", value_parser = parse_focus, conflicts_with = "detail_map")]
+    focus: Option<[f64; 2]>,
+    /// How far colors run into each other: 1 is usual, 0 to 4
+    #[arg(long, value_name = "X", value_parser = real_within(0.0, 4.0))]
     wetness: Option<f64>,
-    /// How many washes are laid over each other, 1 to 6
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=6))]
+    /// How many washes are laid over each other, 1 to 4
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4))]
     washes: Option<u32>,
     /// Any parameter of a preset, such as `ink=0.8`; may be repeated; `--help` lists them
     #[arg(long = "set", value_name = "KEY=VALUE", long_help = set_help::<PhotoParams>())]
@@ -43,14 +43,14 @@ pub struct AskedArgs {
     // As large as a document can say.
     #[arg(long, value_name = "N")]
     seed: Option<u32>,
-    /// Long edge of the picture on paper, such as 160mm, 30cm or 12in
-    #[arg(long, value_name = "LENGTH", default_value = "160mm", value_parser = parse_length)]
-    sheet: f64,
+    /// Long edge of the picture on paper, such as 160mm, 30cm or 12in; 360mm if not given, from mattes 160mm
+    #[arg(long, value_name = "LENGTH", value_parser = parse_length)]
+    sheet: Option<f64>,
     /// Bare sheet on each side, a part of the long edge; 0 is exactly the photograph's size, painted edge to edge
     #[arg(long, value_name = "FRACTION", default_value_t = 0.05, value_parser = real_within(0.0, 0.5))]
     margin: f64,
     /// How the painting ends before the margin
-    #[arg(long, value_name = "HOW", value_enum, default_value_t = Edge::Ragged)]
+    #[arg(long, value_name = "HOW", value_enum, default_value_t = Edge::Vignette)]
     border: Edge,
     /// Paper, see `girtin paper --list`; else the preset's
     #[arg(long, value_name = "NAME")]
@@ -74,12 +74,14 @@ impl Detail {
         match self {
             Self::Low => {
                 params.detail = params.detail.min(0.5);
-                params.plan_cells = params.plan_cells.min(560);
+                params.masses *= 1.5;
+                params.plan_cells = params.plan_cells.min(760);
             }
             Self::Normal => {}
             Self::High => {
                 params.detail = (1.3 * params.detail).min(2.0);
-                params.plan_cells = params.plan_cells.max(1000);
+                params.masses *= 0.7;
+                params.plan_cells = params.plan_cells.max(1500);
             }
         }
     }
@@ -88,10 +90,12 @@ impl Detail {
 /// See [`Border`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum Edge {
-    /// As the brush ended
-    Ragged,
-    /// Along masking tape
+    /// Shapes stop at different distances, in marks of the brush
+    Vignette,
+    /// Along masking tape, with corners left open
     Taped,
+    /// At the sheet's torn edge
+    Deckle,
 }
 
 /// A recipe for any photograph.
@@ -109,6 +113,8 @@ pub struct Recipe {
     pub mounting: Mounting,
     /// Seed, if it is not to be made of the photograph.
     pub seed: Option<u32>,
+    /// Where the eye is drawn to, if that is not to be found.
+    pub focus: Option<[f64; 2]>,
 }
 
 impl Recipe {
@@ -123,6 +129,11 @@ impl Recipe {
     }
 }
 
+/// Sheet, cells and paper of paintings from mattes.
+const MATTES_MM: f64 = 160.0;
+const MATTES_CELLS: u32 = 640;
+const MATTES_PAPER: &str = "fine-grain";
+
 /// Cells of a quick painting's plan to one of a full one's: the same shapes, a little rounder.
 const QUICK_CELLS: f64 = 0.55;
 
@@ -133,15 +144,26 @@ impl AskedArgs {
         given.filter(|name| is_file(name)).map(PathBuf::from).collect::<Vec<_>>().into_iter()
     }
 
-    /// The recipe that is asked for, or one of each preset, planned on fewer cells if it is to be quick; own pigments join the stock.
+    /// The recipe that is asked for, or one of each preset, planned on fewer cells if it is to be quick; own pigments join the
+    /// stock. From mattes it is planned as in the paper, on the sheet and cells that it was tried on.
     ///
     /// # Errors
     /// A name is unknown, a file is wrong, or a value not allowed.
-    pub fn recipes(&self, stock: &mut Stock, all: bool, is_quick: bool) -> Result<Vec<Recipe>, Failure> {
+    pub fn recipes(&self, stock: &mut Stock, all: bool, is_quick: bool, from_mattes: bool) -> Result<Vec<Recipe>, Failure> {
         let palette = self.palette(&mut stock.pigments)?;
         let named =
             if all { PRESETS.iter().map(|p| p.name.to_owned()).collect() } else { vec![self.preset.clone()] };
-        named.into_iter().map(|name| self.recipe(name, palette.as_ref(), stock, is_quick)).collect()
+        named.into_iter().map(|name| {
+            let mut recipe = self.recipe(name, palette.as_ref(), stock, is_quick)?;
+            if from_mattes {
+                recipe.mounting.long_edge_mm = self.sheet.unwrap_or(MATTES_MM);
+                recipe.params.plan_cells = MATTES_CELLS;
+                if self.paper.is_none() {
+                    recipe.paper = MATTES_PAPER.to_owned();
+                }
+            }
+            Ok(recipe)
+        }).collect()
     }
 
     fn recipe(
@@ -157,7 +179,6 @@ impl AskedArgs {
         if is_quick {
             params.plan_cells = (f64::from(params.plan_cells) * QUICK_CELLS) as u32;
         }
-        params.fidelity = self.fidelity.unwrap_or(params.fidelity);
         params.wetness = self.wetness.unwrap_or(params.wetness);
         params.washes = self.washes.unwrap_or(params.washes);
         self.set.iter().try_for_each(|word| set(&mut params, word))?;
@@ -168,16 +189,18 @@ impl AskedArgs {
             None => stock.papers.get(&preset.paper).map_err(Failure::input)?,
         };
         let border = match self.border {
-            Edge::Ragged => Border::Ragged,
+            Edge::Vignette => Border::Vignette,
             Edge::Taped => Border::Taped,
+            Edge::Deckle => Border::Deckle,
         };
         Ok(Recipe {
             preset: name,
             params,
             palette: palette.cloned().or(preset.palette),
             paper: paper.id.clone(),
-            mounting: Mounting { long_edge_mm: self.sheet, margin: self.margin, border },
+            mounting: Mounting { long_edge_mm: self.sheet.unwrap_or(Mounting::default().long_edge_mm), margin: self.margin, border },
             seed: self.seed,
+            focus: self.focus,
         })
     }
 
@@ -224,7 +247,8 @@ fn preset(name: &str, stock: &Stock) -> Result<Preset, Failure> {
     if !is_file(name) {
         let known: Vec<&str> = PRESETS.iter().map(|preset| preset.name).collect();
         return Preset::built_in(name).ok_or_else(|| {
-            Failure::usage(format!("no preset is called `{name}`")).hint(hint_for(name, &known))
+            let hint = if name == "pen" { "`urban` replaces it".to_owned() } else { hint_for(name, &known) };
+            Failure::usage(format!("no preset is called `{name}`")).hint(hint)
         });
     }
     let text = input::read_text(Path::new(name))?;
@@ -248,6 +272,18 @@ fn preset(name: &str, stock: &Stock) -> Result<Preset, Failure> {
         Ok(preset)
     };
     Ok(parse(name, &text, read)?)
+}
+
+/// A point of the photograph: `0.3,0.6`.
+///
+/// # Errors
+/// It is not two numbers from 0 to 1.
+fn parse_focus(text: &str) -> Result<[f64; 2], String> {
+    let parts: Vec<Option<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    match parts[..] {
+        [Some(x), Some(y)] if (0.0..=1.0).contains(&x) && (0.0..=1.0).contains(&y) => Ok([x, y]),
+        _ => Err("give two numbers from 0 to 1, such as 0.3,0.6".to_owned()),
+    }
 }
 
 /// Lengths of paper that can be asked for, mm.

@@ -277,9 +277,12 @@ fn placed(mount: &Mount, recipe: &Recipe, coverage: &Raster<f32>) -> Raster<f32>
     })
 }
 
+/// Depth of the paper's grain under raking light, mm.
+const RELIEF_MM: f64 = 0.03;
+
 fn sheet(mount: &Mount, recipe: &Recipe, long_edge: u32) -> SheetSettings {
     let sheet = mount.sheet(&recipe.mounting, &recipe.paper, recipe.seed(), long_edge);
-    SheetSettings { relief_mm: recipe.params.relief, ..sheet }
+    SheetSettings { relief_mm: RELIEF_MM, ..sheet }
 }
 
 fn interrupted(work: &Work<'_>) -> Option<Failure> {

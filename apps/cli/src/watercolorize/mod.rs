@@ -149,6 +149,7 @@ pub fn run(args: &WatercolorizeArgs, interrupt: &Interrupt) -> Result<(), Failur
         &mut stock,
         args.size.contact_sheet,
         args.size.contact_sheet || args.size.preview,
+        args.c97.mattes.is_some(),
     )?;
     let Some((output, inputs)) = args.paths.split_last().filter(|(_, inputs)| !inputs.is_empty()) else {
         return Err(Failure::usage("the painting's name is missing")

@@ -160,7 +160,7 @@ impl Work<'_> {
                 (painting, Some(planned))
             }
             None => {
-                let say = |stage, part| progress.at(&said(stage, recipe.params.washes), done * part);
+                let say = |stage, part| progress.at(said(stage), done * part);
                 (self.carry_out(recipe, &material, &say)?, None)
             }
         };
@@ -234,6 +234,7 @@ impl Work<'_> {
             long_edge: material.long_edge,
             reserve: reserve.as_ref(),
             detail_map: detail_map.as_ref(),
+            focus: recipe.focus,
             // A file's name is the photographer's own affair.
             title: "",
         };
@@ -255,7 +256,7 @@ impl Work<'_> {
         for (at, recipe) in recipes.iter().enumerate() {
             let part = |part: f64| (at as f64 + part) / count as f64;
             let say = |stage, done| {
-                let stage = format!("{}: {}", recipe.preset, said(stage, recipe.params.washes));
+                let stage = format!("{}: {}", recipe.preset, said(stage));
                 progress.at(&stage, part(0.9 * done));
             };
             let painting = self.carry_out(recipe, material, &say)?;
@@ -302,11 +303,11 @@ impl Work<'_> {
 const GROUND: [u8; 3] = [231, 230, 227];
 
 /// A stage in words.
-fn said(stage: Stage, washes: u32) -> String {
+fn said(stage: Stage) -> &'static str {
     match stage {
-        Stage::Looking => "looking at the photograph".to_owned(),
-        Stage::Palette => "choosing pigments".to_owned(),
-        Stage::Planning(wash) => format!("planning wash {} of {washes}", wash + 1),
-        Stage::Washing(wash) => format!("wash {} of {washes} runs and dries", wash + 1),
+        Stage::Looking => "looking at the photograph",
+        Stage::Planning => "planning values, masses and marks",
+        Stage::Palette => "choosing pigments",
+        Stage::Washing => "washes run and dry",
     }
 }

@@ -4,7 +4,7 @@ use girtin_optics::{LinearRgb, Srgb};
 use girtin_params::write::{Node, Tree};
 use girtin_wash::WashModel;
 
-use super::{Document, Event, FORMAT, Feed, Glaze, MapName, Outline, SheetSettings};
+use super::{Document, Event, FORMAT, Feed, Figure, Glaze, Mark, MapName, Outline, SheetSettings};
 use crate::area::{Area, Shape};
 
 impl Document {
@@ -19,10 +19,13 @@ impl Document {
     }
 
     fn tree(&self) -> Tree {
+        let drawing = self.drawing.iter().map(Figure::tree).collect::<Vec<_>>();
+        let drawing = (!drawing.is_empty()).then_some(Node::Sections(drawing));
         Tree::new()
             .with("format", FORMAT)
             .with("title", self.title.as_str())
             .with("sheet", Node::Section(self.sheet.tree()))
+            .with_some("drawing", drawing)
             .with("glaze", Node::Sections(self.glazes.iter().map(Glaze::tree).collect()))
     }
 }
@@ -104,6 +107,10 @@ impl Event {
                 .with("area", area.node())
                 .with("water", *water)
                 .with("amounts", amounts(of_each)),
+            Self::Fill(fill) => fill.tree(does("fill")),
+            Self::Marks { marks, rim } => {
+                does("marks").with("rim", *rim).with("marks", Node::List(marks.iter().map(Mark::node).collect()))
+            }
             Self::Moisten { area, volumes } => {
                 does("moisten").with("area", area.node()).with("volumes", *volumes)
             }
