@@ -84,31 +84,34 @@ fn disc_extremes(plane: &Raster<f32>, radius: f32, of: impl Fn(f32, f32) -> f32 
     let gather = |row: &mut [f32], other: &[f32]| {
         row.iter_mut().zip(other).for_each(|(value, &other)| *value = of(*value, other));
     };
-    all.as_mut_slice().par_chunks_mut(width * BAND).enumerate().for_each_init(Vec::new, |run, (band, out)| {
-        let first = band * BAND;
-        let rows = out.len() / width;
-        for source in first.saturating_sub(reach)..(first + rows + reach).min(height) {
-            let row = plane.row(source);
-            run.clear();
-            run.extend_from_slice(row);
-            let mut half = 0;
-            for off in (0..=reach).rev() {
-                while half < half_run(off) {
-                    half += 1;
-                    if half < width {
-                        gather(&mut run[half..], row);
-                        gather(run, &row[half..]);
+    all.as_mut_slice().par_chunks_mut(width * BAND).enumerate().for_each_init(
+        Vec::new,
+        |run, (band, out)| {
+            let first = band * BAND;
+            let rows = out.len() / width;
+            for source in first.saturating_sub(reach)..(first + rows + reach).min(height) {
+                let row = plane.row(source);
+                run.clear();
+                run.extend_from_slice(row);
+                let mut half = 0;
+                for off in (0..=reach).rev() {
+                    while half < half_run(off) {
+                        half += 1;
+                        if half < width {
+                            gather(&mut run[half..], row);
+                            gather(run, &row[half..]);
+                        }
                     }
-                }
-                let targets = [source.checked_sub(off), (off > 0).then_some(source + off)];
-                for target in targets.into_iter().flatten().filter_map(|row| row.checked_sub(first)) {
-                    if target < rows {
-                        gather(&mut out[target * width..][..width], run);
+                    let targets = [source.checked_sub(off), (off > 0).then_some(source + off)];
+                    for target in targets.into_iter().flatten().filter_map(|row| row.checked_sub(first)) {
+                        if target < rows {
+                            gather(&mut out[target * width..][..width], run);
+                        }
                     }
                 }
             }
-        }
-    });
+        },
+    );
     all
 }
 
@@ -168,8 +171,7 @@ mod tests {
     #[test]
     fn opening_takes_narrow_lights_and_keeps_wide_ones() {
         let wide = |x: usize, y: usize| (5..20).contains(&x) && (5..20).contains(&y);
-        let plane =
-            Raster::from_fn(40, 25, |x, y| if wide(x, y) || x == 30 { 90.0f32 } else { 20.0 });
+        let plane = Raster::from_fn(40, 25, |x, y| if wide(x, y) || x == 30 { 90.0f32 } else { 20.0 });
         let opened = opened_by_disc(&plane, 4.0);
         assert_eq!((opened.at(30, 12), opened.at(12, 12), opened.at(2, 2)), (20.0, 90.0, 20.0));
         assert!(opened.as_slice().iter().zip(plane.as_slice()).all(|(opened, value)| opened <= value));

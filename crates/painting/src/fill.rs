@@ -27,6 +27,11 @@ const STRAYS: [(f32, f64); 2] = [(0.38, 7.0), (0.05, 1.6)];
 /// Unevenness goes so many deviations at most: what dries first would draw a star into the rest.
 const MOST_UNEVEN: f32 = 1.5;
 
+/// How uneven paint is as against water.
+const PAINT_UNEVEN: f32 = 0.5;
+/// Over how many times the length of unevenness pigments part.
+const CHARGED: f64 = 1.8;
+
 /// Depth of the rim, mm; how strong it is for its own sake, on the lower side of a shape, and by chance.
 const RIM_MM: f32 = 0.5;
 const RIM: [f32; 3] = [0.05, 0.55, 1.15];
@@ -186,12 +191,23 @@ impl PlannedFill {
             if wet.row(y)[x] { water * (1.0 + uneven * varied.row(y)[x]).max(0.1) } else { 0.0 }
         }))));
         let pigments = fill.figures.first().map_or(0, |filled| filled.amounts.len());
+        let charged = fill.charged as f32;
         for pigment in 0..pigments {
+            // Each pigment goes its own way.
+            let apart = |[x, y]: [f64; 2]| {
+                if charged <= 0.0 {
+                    return 1.0;
+                }
+                let at = [x / (CHARGED * scale) + 17.3 * pigment as f64, y / (CHARGED * scale)];
+                let n = 2.6 * noise.fbm(at, Fractal { octaves: 2, gain: 0.4 }) as f32;
+                (1.0 + charged * n.clamp(-MOST_UNEVEN, MOST_UNEVEN)).max(0.15)
+            };
             let amount = Raster::by_rows(width, height, |x, y| {
                 let Some(paint) = cell(x, y) else { return 0.0 };
                 let (lost, soft) = fading.as_ref().map_or((0.0, 1.0), |fading| fading.row(y)[x]);
                 let thinned = 1.0 - lost + lost * soft;
-                paint.at(place(x, y), pigment) * thinned * (1.0 + 0.35 * uneven * varied.row(y)[x]).max(0.2)
+                let uneven = (1.0 + PAINT_UNEVEN * uneven * varied.row(y)[x]).max(0.2);
+                paint.at(place(x, y), pigment) * thinned * uneven * apart(place(x, y))
             });
             if amount.as_slice().iter().all(|&amount| amount == 0.0) {
                 continue;

@@ -5,17 +5,17 @@ use girtin_grid::noise::Noise;
 use girtin_grid::{Raster, random};
 
 /// Wavelengths of what is finer than the paper's own height, mm.
-const FINE_MM: [f64; 3] = [0.66, 0.33, 0.17];
+const FINE_MM: [f64; 4] = [1.3, 0.66, 0.33, 0.17];
 /// Wavelength of the clumps that grains gather in, mm.
 const CLUMP_MM: f64 = 2.6;
 /// How a height and finer unevenness make the tooth that a brush feels.
-const TOOTH: [f32; 2] = [0.75, 0.55];
+const TOOTH: [f32; 2] = [0.8, 0.6];
 /// How they make the pits where grains settle: mostly finer than the paper, or pebbles would be traced as worms.
 const PITS: [f32; 2] = [-0.5, 0.85];
 
 /// How amounts follow pits: those above a place's rank settle in it, some in specks, more so in clumps.
-const BY_PITS: f32 = 0.36;
-const BY_SPECKS: f32 = 0.24;
+const BY_PITS: f32 = 0.24;
+const BY_SPECKS: f32 = 0.26;
 const BY_CLUMPS: f32 = 0.12;
 /// From which rank of pits on there are specks, where grains are scarce, and how much lower where they clump.
 const SPECKS_FROM: [f32; 2] = [0.90, 0.14];
@@ -60,33 +60,35 @@ impl Surface {
     pub fn new(heights: &Raster<f32>, level: Level, per_mm: f64, origin: [f64; 2], seed: u64) -> Self {
         let [width, rows] = [heights.width(), heights.height()];
         let noise = |stage: &str| Noise::new(seed, random::stage(stage));
-        let fine: Vec<(Noise, f64, f32)> = FINE_MM
-            .iter()
-            .map(|&mm| (noise(&format!("tooth {mm}")), mm, seen(mm, per_mm)))
-            .collect();
-        let power: f32 = fine.iter().map(|(_, _, seen)| seen * seen).sum::<f32>().max(0.05);
-        let scale = GRADIENT / power.sqrt();
+        let octaves: Vec<(Noise, f64, f32)> =
+            FINE_MM.iter().map(|&mm| (noise(&format!("tooth {mm}")), mm, seen(mm, per_mm))).collect();
         let clumping = noise("clumps");
         let place = |x: usize, y: usize| {
             [origin[0] + (x as f64 + 0.5) / per_mm, origin[1] + (y as f64 + 0.5) / per_mm]
         };
-        let unevenness = Raster::by_rows(width, rows, |x, y| {
-            let at = place(x, y);
-            let octave = |(noise, mm, seen): &(Noise, f64, f32)| {
-                if *seen > 0.0 { seen * noise.gradient(at.map(|at| at / mm)) as f32 } else { 0.0 }
-            };
-            scale * fine.iter().map(octave).sum::<f32>()
-        });
+        // A brush feels all of it but the finest, grains settle in the finest.
+        let sum = |octaves: &[(Noise, f64, f32)]| {
+            let power: f32 = octaves.iter().map(|(_, _, seen)| seen * seen).sum::<f32>().max(0.05);
+            let scale = GRADIENT / power.sqrt();
+            Raster::by_rows(width, rows, |x, y| {
+                let at = place(x, y);
+                let octave = |(noise, mm, seen): &(Noise, f64, f32)| {
+                    if *seen > 0.0 { seen * noise.gradient(at.map(|at| at / mm)) as f32 } else { 0.0 }
+                };
+                scale * octaves.iter().map(octave).sum::<f32>()
+            })
+        };
+        let (unevenness, fine) = (sum(&octaves[..3]), sum(&octaves[1..]));
         let standing = heights.map(|h| (h - level.mean) / level.deviation);
-        let both = |weights: [f32; 2]| {
+        let both = |weights: [f32; 2], finer: &Raster<f32>| {
             let norm = 1.0 / (weights[0] * weights[0] + weights[1] * weights[1]).sqrt();
             Raster::by_rows(width, rows, |x, y| {
-                rank(norm * (weights[0] * standing.row(y)[x] + weights[1] * unevenness.row(y)[x]))
+                rank(norm * (weights[0] * standing.row(y)[x] + weights[1] * finer.row(y)[x]))
             })
         };
         Self {
-            tooth: both(TOOTH),
-            pits: both(PITS),
+            tooth: both(TOOTH, &unevenness),
+            pits: both(PITS, &fine),
             clumps: Raster::by_rows(width, rows, |x, y| {
                 rank(GRADIENT * clumping.gradient(place(x, y).map(|at| at / CLUMP_MM)) as f32)
             }),

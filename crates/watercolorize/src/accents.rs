@@ -35,8 +35,10 @@ const ENOUGH: [f32; 2] = [0.7, 0.85];
 /// How much more contrast it takes where nobody looks, and in foliage there.
 const DARK_UNSEEN: [f32; 2] = [8.0, 16.0];
 const LIGHT_UNSEEN: [f32; 2] = [5.0, 9.0];
+/// Foliage is as good as unseen by this much at least: its marks come from a rule, and lines in it cross at random.
+const FOLIAGE_LOOSE: f32 = 0.5;
 /// How much more it takes for each step of contrast that is mean around: one of many alike is texture.
-const TEXTURE: f32 = 0.9;
+const TEXTURE: f32 = 0.75;
 /// How far around that is.
 const TEXTURE_REACH: f64 = 0.02;
 /// How much less it takes for a dark of a face.
@@ -50,11 +52,13 @@ const LIGHT_ABOVE: f32 = 48.0;
 /// Least part of the way from the mass around to the picture's white that a light goes: bare paper goes all of it, and of
 /// half lights it makes chips. A long line may do with less.
 const LIGHT_WAY: [f32; 2] = [0.42, 0.3];
+/// A light shorter than so many widths, and than this, is a spot.
+const SPOT: [f32; 2] = [2.2, 0.012];
 /// Length over width of a long line.
 const LONG: f32 = 9.0;
 /// A light in more foliage than this, no lighter than a light mass so near but for a step of this, is a gap in it.
 const GAP_FOLIAGE: f32 = 0.2;
-const GAP_REACH: [f64; 2] = [0.014, 0.028];
+const GAP_REACH: [f64; 3] = [0.014, 0.028, 0.05];
 const GAP_STEP: f32 = 8.0;
 /// Strongest color of a light: bare paper has none.
 const LIGHT_CHROMA: f32 = 34.0;
@@ -64,7 +68,7 @@ const LINE_STEP: f32 = 0.7;
 /// The part of the unseen contrast that a line needs: rigging is seen although nobody looks at it.
 const LINE_UNSEEN: f32 = 0.4;
 /// The part of what texture takes: whiskers stand out from fur, but any texture has rows in it.
-const LINE_TEXTURE: f32 = 0.85;
+const LINE_TEXTURE: f32 = 0.65;
 /// Least contrast of a line's single cells, as a part of the line's.
 const LINE_CELLS: f32 = 0.45;
 /// One cell counts so much at most towards a line: a spot is no line.
@@ -101,7 +105,11 @@ pub fn darks(
     let hat = Hat::of(between(&closed, lightness), long_edge);
     let over = hat.over(|x, y| {
         let loose = loose(attention, x, y);
-        [DARK_UNSEEN[0] * loose * loose.sqrt().sqrt() - FACE * face.at(x, y), DARK_UNSEEN[1] * foliage.at(x, y) * loose]
+        [
+            DARK_UNSEEN[0] * loose * loose.sqrt().sqrt() - FACE * face.at(x, y),
+            DARK_UNSEEN[1] * foliage.at(x, y) * loose.max(FOLIAGE_LOOSE)
+                - TEXTURE * face.at(x, y) * hat.around.at(x, y),
+        ]
     });
     let tracing = tracing(LEAST_LENGTHS[0], DARK_WIDTHS, long_edge);
     let s = long_edge as f32;
@@ -184,11 +192,12 @@ pub fn lights(
             .filter(|light| {
                 let seen = along(light, attention);
                 let width = light.widths.iter().fold(0.0f32, |most, &width| most.max(width));
-                let is_spot = light.length < 2.2 * width;
+                let is_spot = light.length < (SPOT[0] * width).max(SPOT[1] * s);
                 let is_long = light.length > LONG * width;
                 let is_gap = along(light, foliage) > GAP_FOLIAGE
                     && lightest_near(light, &masses, long_edge) > along(light, lightness) - GAP_STEP;
-                let is_bright = along(light, lightness) > lightest && light.contrast > 15.0 + 8.0 * (1.0 - seen);
+                let is_bright =
+                    along(light, lightness) > lightest && light.contrast > 15.0 + 8.0 * (1.0 - seen);
                 (!is_spot || is_bright)
                     && (seen > 0.3 || light.contrast > 13.0 || is_long)
                     && way(light) > LIGHT_WAY[usize::from(is_long)]
@@ -205,7 +214,10 @@ pub fn lights(
         }
     }
     let rank = |light: &Trace| {
-        light.score * way(light) * (0.35 + along(light, attention)) * (0.4 + smoothstep(-along(light, plain), -95.0, -60.0))
+        light.score
+            * way(light)
+            * (0.35 + along(light, attention))
+            * (0.4 + smoothstep(-along(light, plain), -95.0, -60.0))
     };
     spaced(found, rank, CROWDS[1], long_edge, most)
 }
@@ -299,10 +311,10 @@ impl Hat {
         Raster::by_rows(self.contrast.width(), self.contrast.height(), |x, y| {
             let (own, line) = (self.contrast.at(x, y), self.line.at(x, y));
             let [unseen, foliage] = takes(x, y);
-            let texture = foliage + TEXTURE * self.around.at(x, y);
-            let as_line = line - LINE_UNSEEN * unseen - LINE_TEXTURE * texture;
+            let texture = TEXTURE * self.around.at(x, y);
+            let as_line = line - LINE_UNSEEN * unseen - LINE_TEXTURE * texture - foliage;
             let as_line = if own > LINE_CELLS * line { as_line / LINE_STEP } else { 0.0 };
-            (own - unseen - texture).max(as_line)
+            (own - unseen - texture - foliage).max(as_line)
         })
     }
 }
@@ -320,7 +332,13 @@ fn in_faces(line: &Line, face: &Raster<f32>, tracing: &Tracing) -> Vec<Line> {
 }
 
 /// The parts of a line where it is lighter than what is on both sides of it.
-fn lighter_parts(line: &Line, lightness: &Raster<f32>, beside: [f32; 2], by: f32, tracing: &Tracing) -> Vec<Line> {
+fn lighter_parts(
+    line: &Line,
+    lightness: &Raster<f32>,
+    beside: [f32; 2],
+    by: f32,
+    tracing: &Tracing,
+) -> Vec<Line> {
     let is_lighter = |at: usize| {
         let ([x, y], [dx, dy]) = (line.points[at], line.direction(at));
         let here = lightness.sample(x, y);
@@ -364,7 +382,13 @@ fn runs(line: &Line, holds: impl Fn(usize) -> bool, tracing: &Tracing) -> Vec<Li
 }
 
 /// The highest in rank, not too many of them in one place.
-fn spaced(strokes: Vec<Trace>, rank: impl Fn(&Trace) -> f32, crowd: usize, long_edge: f64, most: usize) -> Vec<Trace> {
+fn spaced(
+    strokes: Vec<Trace>,
+    rank: impl Fn(&Trace) -> f32,
+    crowd: usize,
+    long_edge: f64,
+    most: usize,
+) -> Vec<Trace> {
     let mut ranked: Vec<(f32, Trace)> = strokes.into_iter().map(|stroke| (rank(&stroke), stroke)).collect();
     // Stable, so that equals stay in the order of their places.
     ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -384,4 +408,151 @@ fn spaced(strokes: Vec<Trace>, rank: impl Fn(&Trace) -> f32, crowd: usize, long_
         }
     }
     chosen
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: usize = 400;
+    const EDGE: f64 = 400.0;
+
+    fn plane(value: impl Fn(f32, f32) -> f32) -> Raster<f32> {
+        Raster::from_fn(SIDE, SIDE, |x, y| value(x as f32 + 0.5, y as f32 + 0.5))
+    }
+
+    fn darks_of(lightness: &Raster<f32>, face: f32) -> Vec<Trace> {
+        let (seen, none) = (plane(|_, _| 0.8), plane(|_, _| 0.0));
+        darks(lightness, &seen, &none, &plane(|_, _| face), EDGE, 110)
+    }
+
+    fn lights_of(lightness: &Raster<f32>, chroma: f32) -> Vec<Trace> {
+        let (seen, none) = (plane(|_, _| 0.8), plane(|_, _| 0.0));
+        let plain = gaussian_plane(lightness, 0.02 * EDGE);
+        lights(lightness, &plane(|_, _| chroma), &seen, &none, &none, &plain, &none, EDGE, 75)
+    }
+
+    /// A curved hair 320 cells long and two wide.
+    fn whisker(x: f32, y: f32) -> bool {
+        (40.0..350.0).contains(&x) && (y - 200.0 - 60.0 * libm::sinf(x / 150.0)).abs() < 1.2
+    }
+
+    #[test]
+    fn a_whisker_is_one_stroke_over_its_length() {
+        // Fainter in places, as whiskers are.
+        let faint = |x: f32| if (x as usize / 40).is_multiple_of(3) { 14.0 } else { 34.0 };
+        for sign in [1.0, -1.0] {
+            let lightness = plane(|x, y| 50.0 + sign * if whisker(x, y) { faint(x) } else { -10.0 });
+            let found = if sign > 0.0 { lights_of(&lightness, 5.0) } else { darks_of(&lightness, 0.0) };
+            assert_eq!(found.len(), 1, "{found:?}");
+            assert!(found[0].length > 300.0, "{}", found[0].length);
+        }
+    }
+
+    #[test]
+    fn a_gradient_has_none() {
+        for slope in [0.02, 0.15, 0.2] {
+            let lightness = plane(|x, y| 20.0 + slope * (0.8 * x + 0.2 * y));
+            assert_eq!(darks_of(&lightness, 0.0), []);
+            assert_eq!(lights_of(&lightness, 5.0), []);
+        }
+    }
+
+    #[test]
+    fn the_light_side_of_an_edge_is_none() {
+        // With the overshoot that cameras sharpen edges by.
+        let edge = |x: f32| match x {
+            x if x < 196.0 => 25.0,
+            x if x < 200.0 => 21.0,
+            x if x < 204.0 => 82.0,
+            _ => 78.0,
+        };
+        let lightness = plane(|x, y| edge(x + 10.0 * libm::sinf(y / 60.0)));
+        assert_eq!(lights_of(&lightness, 5.0), []);
+    }
+
+    #[test]
+    fn glints_are_short_strokes_and_colors_and_half_lights_are_none() {
+        let glint = |light: f32| {
+            plane(move |x, y| {
+                let is_glint = (x - 200.0) * (x - 200.0) + (y - 150.0) * (y - 150.0) < 9.0;
+                if is_glint {
+                    light
+                } else if x < 30.0 {
+                    95.0
+                } else {
+                    30.0 + 0.05 * y
+                }
+            })
+        };
+        let found = lights_of(&glint(95.0), 5.0);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].length < 20.0 && found[0].length > found[0].widths[0], "{found:?}");
+        assert_eq!(lights_of(&glint(95.0), 50.0), [], "a color is not white");
+        assert_eq!(lights_of(&glint(52.0), 5.0), [], "half the way to white");
+    }
+
+    #[test]
+    fn rows_on_what_is_light_already_are_no_lights() {
+        let lightness = plane(|x, _| if (x as usize).is_multiple_of(16) { 98.0 } else { 86.0 });
+        assert_eq!(lights_of(&lightness, 5.0), []);
+    }
+
+    #[test]
+    fn accents_do_not_crowd() {
+        let lightness =
+            plane(|x, y| if (x as usize % 14 < 3) && (y as usize % 40 < 24) { 20.0 } else { 60.0 });
+        let found = darks_of(&lightness, 0.0);
+        assert!(found.len() > 20, "{}", found.len());
+        let room = ROOM * EDGE as f32;
+        for one in &found {
+            let [x, y] = one.points[one.points.len() / 2];
+            let is_near = |other: &&Trace| {
+                let [u, v] = other.points[other.points.len() / 2];
+                (u - x) * (u - x) + (v - y) * (v - y) < room * room
+            };
+            // Those before it in rank were there when it came.
+            let rank = found.iter().position(|other| other == one).unwrap_or(0);
+            assert!(found[..rank].iter().filter(is_near).count() < CROWDS[0]);
+        }
+    }
+
+    #[test]
+    fn a_face_has_no_drips() {
+        let lightness = plane(|x, y| {
+            let mouth = (y - 200.0).abs() < 1.6 && (160.0..240.0).contains(&x);
+            let drip = (x - 240.0).abs() < 1.6 && (198.0..250.0).contains(&y);
+            if mouth || drip { 25.0 } else { 65.0 }
+        });
+        assert_eq!(darks_of(&lightness, 0.0).len(), 2);
+        let found = darks_of(&lightness, 1.0);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].points.iter().all(|point| point[1] < 212.0), "{found:?}");
+    }
+
+    #[test]
+    fn any_number_of_threads_gives_the_same() {
+        let key = girtin_grid::random::key(1, girtin_grid::random::stage("threads"));
+        let noise =
+            plane(|x, y| girtin_grid::random::unit_f32(girtin_grid::random::at(key, [x as i64, y as i64])));
+        let noise = gaussian_plane(&noise, 2.5).map(|value| 55.0 + 220.0 * (value - 0.5));
+        let on = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            pool.unwrap_or_else(|error| panic!("{error}"))
+                .install(|| (darks_of(&noise, 0.0), lights_of(&noise, 5.0)))
+        };
+        let one = on(1);
+        assert!(one.0.len() > 5 && one.1.len() > 1, "{} {}", one.0.len(), one.1.len());
+        assert_eq!(one, on(3));
+    }
+
+    #[test]
+    fn any_size_is_fine() {
+        for (width, height) in [(0, 0), (1, 1), (3, 40)] {
+            let one = Raster::new(width, height, 50.0f32);
+            let none = Raster::new(width, height, 0.0f32);
+            assert_eq!(darks(&one, &none, &none, &none, 40.0, 9), []);
+            assert_eq!(lights(&one, &none, &none, &none, &none, &one, &none, 40.0, 9), []);
+        }
+    }
 }

@@ -15,9 +15,9 @@ const INSET: [f32; 2] = [0.008, 0.055];
 const STRAYS: (f32, f64) = (0.007, 0.025);
 const DECKLE: (f32, f64) = (0.004, 0.008);
 /// Brush marks that end a shape: how many, and their least and most length and width, parts of the long edge.
-const MARKS: usize = 64;
+const MARKS: usize = 34;
 const LENGTHS: [f32; 2] = [0.03, 0.12];
-const WIDTHS: [f32; 2] = [0.006, 0.020];
+const WIDTHS: [f32; 2] = [0.010, 0.030];
 /// Corners of a taped sheet that stay open: how far along and how far in, parts of the long edge.
 const CORNER: [[f32; 2]; 2] = [[0.14, 0.30], [0.07, 0.15]];
 /// How much smaller the second and the third are.
@@ -110,7 +110,8 @@ fn stroked(painted: &mut Raster<bool>, study: &Study, marks: usize, chance: &mut
                     continue;
                 }
                 let across = -dx * sin + dy * cos - bow * libm::sinf(core::f32::consts::PI * along);
-                let press = (6.0 * (along + 0.05)).min(2.0 * (1.03 - along)).clamp(0.1, 1.0);
+                // A flat brush: cut where it is set down, torn where it is lifted.
+                let press = (9.0 * (along + 0.08)).min(3.0 * (1.06 - along)).clamp(0.1, 1.0);
                 if across.abs() < 0.5 * wide * libm::powf(press, 0.7) {
                     painted.row_mut(v)[u] = true;
                 }

@@ -7,15 +7,17 @@ use girtin_grid::Raster;
 use girtin_grid::blur::gaussian_plane;
 use rayon::prelude::*;
 
+use crate::accidents::smoothstep;
 use crate::masses::{Mass, Masses};
 
-/// How far a mass is drawn into those painted after it, cells.
-const UNDER: isize = 3;
+/// How far a mass is drawn into those painted after it: parts of the long edge, more than the hand strays, and cells at least.
+const UNDER: f64 = 0.0065;
+const LEAST_UNDER: f64 = 3.0;
 
 /// Blur of a mass before it is cut, parts of the long edge, more where nobody looks; at most a part of its width, so that
 /// thin things keep theirs; and at least so many cells, so that cells are not seen.
-const BLUR: f64 = 0.0012;
-const BLUR_ASIDE: f64 = 0.0012;
+const BLUR: f64 = 0.0014;
+const BLUR_ASIDE: f64 = 0.0028;
 const BLUR_OF_WIDTH: f64 = 0.28;
 const LEAST_BLUR: f64 = 0.7;
 
@@ -24,10 +26,14 @@ const LEAST_BLUR: f64 = 0.7;
 const STRAY: f64 = 0.0013;
 const STRAY_ASIDE: f64 = 0.0024;
 const STRAY_OF_WIDTH: f64 = 0.22;
+const LEAST_STRAY: f64 = 0.9;
+/// How much farther it strays between masses that differ by less than so much, Lab, up to twice as far.
+const PALE: [f32; 2] = [22.0, 6.0];
+const STRAY_PALE: f64 = 1.0;
 
 /// Shortest run that the hand makes, parts of the long edge, more where nobody looks.
-const RUN: f64 = 0.006;
-const RUN_ASIDE: f64 = 0.012;
+const RUN: f64 = 0.008;
+const RUN_ASIDE: f64 = 0.015;
 /// How much farther than usual the hand strays to leave out a shorter one.
 const LEFT_OUT: f32 = 1.7;
 
@@ -39,8 +45,8 @@ const ROUNDING: f64 = 0.003;
 /// A run is a bow if it rises by more than this part of the straying, if what is left is less than this part of its rise,
 /// and if it turns by less than this at its ends, radians.
 const BOW: f32 = 0.28;
-const BOW_LEFT: f32 = 0.45;
-const BOW_TURN: f32 = 0.9;
+const BOW_LEFT: f32 = 0.6;
+const BOW_TURN: f32 = 1.2;
 /// Length from which on a single bow is drawn, parts of the long edge; shorter ones are drawn only beside others.
 const SINGLE_BOW: f64 = 0.045;
 /// How far a bow may be from the polygon that draws it, cells.
@@ -81,7 +87,7 @@ pub fn contours(masses: &Masses, long_edge: f64, looseness: f32) -> Vec<Contour>
                 let [right, bottom] = [places.width() as f32, places.height() as f32];
                 vec![vec![[0.0, 0.0], [right, 0.0], [right, bottom], [0.0, bottom]]]
             } else {
-                let pen = Pen::new(&masses.masses[mass], long_edge, looseness);
+                let pen = Pen::new(masses, mass, long_edge, looseness);
                 rings(&places, place[mass], &masses.masses[mass], &pen)
             };
             Contour { mass, rings }
@@ -110,6 +116,7 @@ pub fn around(mask: &Raster<bool>, long_edge: f64, looseness: f32) -> Vec<Vec<[f
 /// How a mass is drawn, cells and radians.
 #[derive(Clone, Copy, Debug)]
 struct Pen {
+    under: isize,
     blur: f64,
     stray: f32,
     run: f32,
@@ -122,6 +129,7 @@ impl Pen {
     fn broad(long_edge: f64, looseness: f32) -> Self {
         let loose = f64::from(looseness);
         Self {
+            under: 0,
             blur: ((BLUR + BLUR_ASIDE) * long_edge * loose).max(LEAST_BLUR),
             stray: ((STRAY + STRAY_ASIDE) * long_edge * loose) as f32,
             run: ((RUN + RUN_ASIDE) * long_edge * loose) as f32,
@@ -130,15 +138,27 @@ impl Pen {
         }
     }
 
-    fn new(mass: &Mass, long_edge: f64, looseness: f32) -> Self {
+    fn new(masses: &Masses, number: usize, long_edge: f64, looseness: f32) -> Self {
+        let mass = &masses.masses[number];
+        let (mut all, mut differing) = (1e-6, 0.0);
+        for beside in &masses.neighbours[number] {
+            let other = masses.masses[beside.mass].mean;
+            let square: f32 = mass.mean.iter().zip(other).map(|(a, b)| (a - b) * (a - b)).sum();
+            all += beside.length as f32;
+            differing += beside.length as f32 * square.sqrt();
+        }
+        let pale = 1.0 + STRAY_PALE * f64::from(smoothstep(differing / all, PALE[0], PALE[1]));
         let (aside, loose) = (f64::from(1.0 - mass.attention.min(1.0)), f64::from(looseness));
         let width = f64::from(mass.width);
         let blur = (BLUR + BLUR_ASIDE * aside) * long_edge * loose;
-        let stray = ((STRAY + STRAY_ASIDE * aside) * long_edge * loose).min(STRAY_OF_WIDTH * width + 0.2);
+        let stray = ((STRAY + STRAY_ASIDE * aside) * long_edge * loose * pale)
+            .min(STRAY_OF_WIDTH * width + 0.2)
+            .max(LEAST_STRAY.min(STRAY_OF_WIDTH * width));
         Self {
+            under: (UNDER * long_edge * loose).max(LEAST_UNDER) as isize,
             blur: blur.min(BLUR_OF_WIDTH * width).max(LEAST_BLUR),
             stray: stray as f32,
-            run: ((RUN + RUN_ASIDE * aside) * long_edge * loose) as f32,
+            run: ((RUN + RUN_ASIDE * aside) * long_edge * loose * pale) as f32,
             rounding: (ROUNDING * long_edge) as f32,
             single_bow: (SINGLE_BOW * long_edge) as f32,
         }
@@ -147,7 +167,7 @@ impl Pen {
 
 /// The rings of the mass that is painted at a place in the order.
 fn rings(places: &Raster<u32>, place: u32, mass: &Mass, pen: &Pen) -> Vec<Vec<Point>> {
-    let pad = UNDER + libm::ceil(3.0 * pen.blur) as isize + 2;
+    let pad = pen.under + libm::ceil(3.0 * pen.blur) as isize + 2;
     let [[left, top], [right, bottom]] = mass.bounds.map(|corner| corner.map(|at| at as isize));
     let (left, top) = (left - pad, top - pad);
     let (width, height) = ((right + pad - left) as usize, (bottom + pad - top) as usize);
@@ -156,7 +176,7 @@ fn rings(places: &Raster<u32>, place: u32, mass: &Mass, pen: &Pen) -> Vec<Vec<Po
         places.row((y as isize + top).clamp(0, places.height() as isize - 1) as usize)[x]
     };
     let mut mask = Raster::from_fn(width, height, |x, y| at(x, y) == place);
-    grow(&mut mask, |x, y| at(x, y) > place);
+    grow(&mut mask, pen.under, |x, y| at(x, y) > place);
     fill_holes(&mut mask, |x, y| at(x, y) > place);
     let plane = |mask: &Raster<bool>| mask.map(|inside| f32::from(u8::from(inside)));
     let draw = |field: &Raster<f32>| {
@@ -178,8 +198,8 @@ fn rings(places: &Raster<u32>, place: u32, mass: &Mass, pen: &Pen) -> Vec<Vec<Po
     rings
 }
 
-/// Grows a mask by [`UNDER`] cells where it may.
-fn grow(mask: &mut Raster<bool>, may: impl Fn(usize, usize) -> bool) {
+/// Grows a mask by some cells where it may.
+fn grow(mask: &mut Raster<bool>, by: isize, may: impl Fn(usize, usize) -> bool) {
     let (width, height) = (mask.width(), mask.height());
     let own = mask.clone();
     let is_inner = |x: usize, y: usize| {
@@ -194,10 +214,10 @@ fn grow(mask: &mut Raster<bool>, may: impl Fn(usize, usize) -> bool) {
     };
     for y in 0..height {
         for x in (0..width).filter(|&x| own.row(y)[x] && !is_inner(x, y)) {
-            for dy in -UNDER..=UNDER {
-                for dx in -UNDER..=UNDER {
+            for dy in -by..=by {
+                for dx in -by..=by {
                     let (x, y) = (x.wrapping_add_signed(dx), y.wrapping_add_signed(dy));
-                    let is_near = dx * dx + dy * dy <= UNDER * UNDER;
+                    let is_near = dx * dx + dy * dy <= by * by;
                     if is_near && x < width && y < height && !own.row(y)[x] && may(x, y) {
                         mask.row_mut(y)[x] = true;
                     }
@@ -409,12 +429,10 @@ fn left_out(ring: &[Point], mut corners: Vec<usize>, pen: &Pen) -> Vec<usize> {
         let cost = |k: usize| {
             let [before, own, after] = [k + count - 1, k, k + 1].map(|k| corners[k % count]);
             let run = length(minus(ring[own], ring[before])).min(length(minus(ring[after], ring[own])));
-            if run >= pen.run {
-                return None;
-            }
             let (_, off) = worst(ring, before, after)?;
             // Shorter runs may cost more.
-            let allowed = pen.stray * (1.0 + (LEFT_OUT - 1.0) * (2.0 * (1.0 - run / pen.run)).min(1.0));
+            let short = (2.0 * (1.0 - run / pen.run)).clamp(0.0, 1.0);
+            let allowed = pen.stray * (1.0 + (LEFT_OUT - 1.0) * short);
             (off < allowed).then_some((k, off / allowed))
         };
         (0..count).filter_map(cost).min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
@@ -448,10 +466,12 @@ impl Run {
         let long = length(chord).max(1e-6);
         let along = [chord[0] / long, chord[1] / long];
         let right = [-along[1], along[0]];
-        let places = || between(ring.len(), from, to).map(|k| {
-            let off = minus(ring[k], a);
-            (dot(off, along) / long, dot(off, right))
-        });
+        let places = || {
+            between(ring.len(), from, to).map(|k| {
+                let off = minus(ring[k], a);
+                (dot(off, along) / long, dot(off, right))
+            })
+        };
         // Rise of the parabola through both ends, by least squares.
         let (mut up, mut down) = (0.0f32, 1e-6f32);
         places().for_each(|(t, off)| {
@@ -460,25 +480,24 @@ impl Run {
             down += bow * bow;
         });
         let rise = up / down;
-        let (mut left, mut count) = (0.0f32, 1e-6f32);
-        places().for_each(|(t, off)| {
-            let miss = off - rise * 4.0 * t * (1.0 - t);
-            left += miss * miss;
-            count += 1.0;
-        });
-        let is_bow = rise.abs() > BOW * pen.stray && (left / count).sqrt() < BOW_LEFT * rise.abs();
         // The line that fits best, of offsets over the chord.
         let inner = || places().filter(|(t, _)| (ENDS..=1.0 - ENDS).contains(t));
         let n = inner().count() as f32;
         let (mut offset, mut slant) = (0.0, 0.0);
         if n >= 3.0 {
             let (t, off) = inner().fold((0.0, 0.0), |sum, (t, off)| (sum.0 + t / n, sum.1 + off / n));
-            let (tt, to) = inner().fold((1e-6, 0.0), |sum, (u, v)| {
-                (sum.0 + (u - t) * (u - t), sum.1 + (u - t) * (v - off))
-            });
+            let (tt, to) = inner()
+                .fold((1e-6, 0.0), |sum, (u, v)| (sum.0 + (u - t) * (u - t), sum.1 + (u - t) * (v - off)));
             slant = to / tt;
             offset = off + (0.5 - t) * slant;
         }
+        let missed = |expected: &dyn Fn(f32) -> f32| {
+            let square = |(t, off): (f32, f32)| (off - expected(t)) * (off - expected(t));
+            (inner().map(square).sum::<f32>() / n.max(1.0)).sqrt()
+        };
+        let by_line = missed(&|t| offset + slant * (t - 0.5));
+        let by_bow = missed(&|t| rise * 4.0 * t * (1.0 - t));
+        let is_bow = rise.abs() > BOW * pen.stray && by_bow < BOW_LEFT * by_line;
         let leaning = plus(along, right, slant / long);
         let norm = length(leaning);
         Self {
@@ -516,7 +535,7 @@ impl Run {
 const LEAST_SINE: f32 = 0.2;
 
 /// How many times the straying a corner may be off the contour: a flat brush overshoots a little.
-const OVERSHOOT: f32 = 1.8;
+const OVERSHOOT: f32 = 0.9;
 
 /// The polygon of runs: straight ones meet where their lines cross, bows are drawn round, blunt corners are cut.
 fn with_runs(ring: &[Point], corners: &[usize], pen: &Pen) -> Vec<Point> {
@@ -543,7 +562,9 @@ fn with_runs(ring: &[Point], corners: &[usize], pen: &Pen) -> Vec<Point> {
             let corner = after.from;
             match (before.rise == 0.0, after.rise == 0.0) {
                 (true, true) => {
-                    let near = |point: &Point| length(minus(*point, corner)) < OVERSHOOT * pen.stray + pen.blur as f32;
+                    let near = |point: &Point| {
+                        length(minus(*point, corner)) < OVERSHOOT * pen.stray + pen.blur as f32
+                    };
                     before.crossing(after).filter(near).unwrap_or_else(|| {
                         let (a, b) = (before.nearest(corner), after.nearest(corner));
                         [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])]
@@ -602,12 +623,12 @@ fn crosses_itself(ring: &[Point]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::masses::{Ground, masses, steps};
+    use crate::masses::{Planes, masses, steps};
 
     fn drawn(features: &Raster<[f32; 3]>, attention: f32, long_edge: f64) -> (Masses, Vec<Contour>) {
         let plane = |value: f32| Raster::new(features.width(), features.height(), value);
         let (attention, calm) = (plane(attention), plane(0.0));
-        let found = masses(&Ground {
+        let found = masses(&Planes {
             features,
             steps: &steps(features, long_edge),
             attention: &attention,
@@ -658,7 +679,7 @@ mod tests {
                 for part in [0.0, 0.5] {
                     let [x, y] = [0, 1].map(|k: usize| a[k] + part * (b[k] - a[k]));
                     let off = libm::hypotf(x - 200.0, y - 150.0) - radius;
-                    assert!(off.abs() < 1.0, "radius {radius}: {off}");
+                    assert!(off.abs() < 1.0, "radius {radius}: {off} {ring:?}");
                 }
             }
         }

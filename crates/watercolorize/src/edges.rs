@@ -21,6 +21,8 @@ const BY_CHANCE: (f32, f32, f64) = (1.35, 1.15, 0.035);
 /// How far paint fades, and how far it is dragged, parts of the long edge.
 const FADES: [f32; 2] = [0.008, 0.022];
 const DRAGGED: [f32; 2] = [0.004, 0.016];
+/// Deviations of that noise from which on the painting's end is dragged.
+const BORDER_DRAGGED: f32 = 0.5;
 /// Attention from which on no contour is lost by chance.
 const KEPT: f32 = 0.6;
 /// Step of the photograph from which on a contour is drawn in ink, and at which noise the pen is lifted.
@@ -55,6 +57,9 @@ impl Edges {
             Some(shape) => shapes.get(usize::from(shape)).map_or(0, |shape| shape.washes),
             None => 0,
         };
+        let is_border = |label: u16| {
+            label.checked_sub(1).and_then(|shape| shapes.get(usize::from(shape))).is_some_and(|shape| shape.is_border)
+        };
         let label_at = |[x, y]: [f32; 2]| {
             let held = |at: f32, of: usize| (at.max(0.0) as usize).min(of - 1);
             labels.at(held(x, labels.width()), held(y, labels.height()))
@@ -83,6 +88,9 @@ impl Edges {
                     };
                     let kind = if !is_own || a == b {
                         Kind::Crisp
+                    } else if sides.into_iter().any(is_border) {
+                        // The painting's end is where a brush was lifted: crisp, or dry.
+                        if dry > 0.0 && chance(&dragging, dry, BORDER_DRAGGED) { Kind::Dragged } else { Kind::Crisp }
                     } else if lost > 0.0 && (step < soft || chance(&losing, lost, BY_CHANCE.0)) {
                         Kind::Lost
                     } else if dry > 0.0 && chance(&dragging, dry, BY_CHANCE.1) && face < 0.1 {

@@ -12,9 +12,7 @@ use girtin_grid::blur::gaussian;
 use crate::segments::{Sets, segments};
 use crate::texture::slope;
 
-/// Blur before segments are found, cells; how large segments like to be, Lab × cells; and their least area, a part of the
-/// long edge squared, and cells.
-const CALM: f64 = 0.6;
+/// How large segments like to be, Lab × cells; and their least area, a part of the long edge squared, and cells.
 const SEGMENT: f32 = 3.1;
 const LEAST_SEGMENT: f64 = 2.2e-5;
 const LEAST_CELLS: f64 = 12.0;
@@ -28,13 +26,25 @@ const HUE: f32 = 1.15;
 /// How much the difference of two masses counts for the cost of merging them, and how much the step between them.
 const BY_COLOR: f32 = 0.6;
 const BY_STEP: f32 = 0.4;
+/// How much of the difference counts where there is no step, as in a sky; and the step below which there is none, Lab.
+const SOFT: f32 = 0.4;
+const NO_STEP: f32 = 4.0;
+/// Area, of the common one, from which on masses cost so much more where there is a step between them all along: a horizon.
+const LARGE: f32 = 5.0;
+const CRISP: f32 = 0.6;
+/// Parts of a sky cost this much of others: calm, light masses at the top, so large, parts of the long edge squared. What rises
+/// into a sky leaves but a neck between its parts, where the step is that of the thing.
+const SKY_COST: f32 = 0.5;
+const SKY_AREA: f64 = 0.01;
+const SKY_BUSY: f32 = 0.25;
+const SKY_LIGHT: f32 = 55.0;
 /// Area, a part of the long edge squared, at which the cost is the difference; and how it grows with area.
 const COMMON: f64 = 1e-3;
 const GROWTH: f32 = 0.2;
 
 /// Cost up to which masses merge, Lab: where the eye rests, less where it rests most, more where it does not, there more
 /// if all is calm, and in foliage.
-const TOLERANCE: f32 = 7.0;
+const TOLERANCE: f32 = 9.0;
 const LESS_AT_FOCUS: f32 = 2.0;
 const FOCUS: [f32; 2] = [0.8, 1.0];
 const MORE_ASIDE: f32 = 7.5;
@@ -52,7 +62,7 @@ const LINE_DIFFERS_IN_FOLIAGE: f32 = 14.0;
 
 /// Area below which a mass is a crumb, parts of the long edge squared; more where nobody looks, less if it differs by more
 /// than so much, Lab.
-const CRUMB: f32 = 0.9e-4;
+const CRUMB: f32 = 1.4e-4;
 const CRUMB_ASIDE: f32 = 9e-4;
 const CRUMB_GROWTH: f32 = 1.3;
 const STRIKING: f32 = 26.0;
@@ -60,11 +70,17 @@ const STRIKING_CRUMB: f32 = 0.45;
 
 /// Width below which a strip may be blur, parts of the long edge; more where nobody looks.
 const STRIP: f32 = 0.0075;
-const STRIP_ASIDE: f32 = 0.012;
-/// How much of a strip's border is with lighter masses, and with darker ones; and how far it may differ from the liker, Lab.
-const BOTH_SIDES: f32 = 0.22;
+const STRIP_ASIDE: f32 = 0.024;
+/// How much of a strip's border is with the masses of either side at least, how much of the way between them its color is at
+/// least and at most, and how far from that way, Lab, or parts of it.
+const BOTH_SIDES: f32 = 0.2;
+const ON_THE_WAY: [f32; 2] = [0.04, 0.96];
+const OFF_THE_WAY: [f32; 2] = [8.0, 0.38];
+/// How far the two sides differ at least, Lab: what lies between pale ones is no halo.
+const LEAST_WAY: f32 = 18.0;
+/// Steps inside of blur are at least this part of those at its border: it is a slope, and a thing is flat.
+const SLOPE: f32 = 0.7;
 const STRIP_ROUNDS: usize = 3;
-const STRIP_DIFFERS: f32 = 26.0;
 
 /// An island is at most this elongated, has so much of its border with one neighbour, and is smaller than this, parts of
 /// the long edge squared, more where nobody looks.
@@ -144,7 +160,7 @@ pub fn steps(lab: &Raster<[f32; 3]>, long_edge: f64) -> Raster<f32> {
 
 /// What masses are found in; planes of one size.
 #[derive(Clone, Copy, Debug)]
-pub struct Ground<'a> {
+pub struct Planes<'a> {
     /// The planned tone and hue of each cell: L, a, b.
     pub features: &'a Raster<[f32; 3]>,
     /// How much the photograph changes there, see [`steps`].
@@ -165,29 +181,29 @@ pub struct Ground<'a> {
 ///
 /// # Guarantees
 /// The same for any number of threads; ties are broken by the order of first cells.
-pub fn masses(ground: &Ground) -> Masses {
-    let s = ground.long_edge;
+pub fn masses(planes: &Planes) -> Masses {
+    let s = planes.long_edge;
     let least = (LEAST_SEGMENT * s * s).max(LEAST_CELLS) as usize;
-    let mut labels = segments(&gaussian(ground.features, CALM), SEGMENT, least);
-    let mut graph = Graph::new(ground, &labels);
+    let mut labels = segments(planes.features, SEGMENT, least);
+    let mut graph = Graph::new(planes, &labels);
     graph.merge_cheapest();
     graph.merge_crumbs();
     labels = graph.relabelled(&labels);
     // Blur may be several strips side by side; those whose neighbours are no strips go first.
-    let mut graph = Graph::new(ground, &labels);
+    let mut graph = Graph::new(planes, &labels);
     for _ in 0..STRIP_ROUNDS {
         let strips = graph.strips();
         if !strips.contains(&true) {
             break;
         }
-        labels = divided(&labels, ground.features, &graph, &strips);
-        graph = Graph::new(ground, &labels);
+        labels = divided(&labels, planes.features, &graph, &strips);
+        graph = Graph::new(planes, &labels);
     }
     graph.merge_cheapest();
     graph.merge_crumbs();
     graph.merge_islands();
     labels = graph.relabelled(&labels);
-    Graph::new(ground, &labels).finished(labels)
+    Graph::new(planes, &labels).finished(labels)
 }
 
 /// Sums over a mass's cells.
@@ -198,6 +214,7 @@ struct Patch {
     attention: f32,
     foliage: f32,
     busy: f32,
+    step: f32,
     /// Sums of x, y, xx, xy, yy.
     moments: [f64; 5],
     bounds: [[usize; 2]; 2],
@@ -210,6 +227,7 @@ impl Patch {
         attention: 0.0,
         foliage: 0.0,
         busy: 0.0,
+        step: 0.0,
         moments: [0.0; 5],
         bounds: [[usize::MAX; 2], [0; 2]],
     };
@@ -224,6 +242,7 @@ impl Patch {
             attention: mix(self.attention, other.attention),
             foliage: mix(self.foliage, other.foliage),
             busy: mix(self.busy, other.busy),
+            step: mix(self.step, other.step),
             moments: core::array::from_fn(|k| self.moments[k] + other.moments[k]),
             bounds: [
                 [0, 1].map(|k: usize| self.bounds[0][k].min(other.bounds[0][k])),
@@ -268,11 +287,12 @@ fn apart(a: [f32; 3], b: [f32; 3]) -> f32 {
     (l * l + HUE * HUE * (u * u + v * v)).sqrt()
 }
 
-/// A border: sides of cells, and the sum of steps over them.
+/// A border: sides of cells, the sum of steps over them, and how many of them are no steps.
 #[derive(Clone, Copy, Debug, Default)]
 struct Border {
     sides: f64,
     steps: f64,
+    soft: f64,
 }
 
 /// Masses while they merge.
@@ -312,25 +332,26 @@ impl Ord for Pair {
 }
 
 impl Graph {
-    fn new(ground: &Ground, labels: &Raster<u32>) -> Self {
+    fn new(planes: &Planes, labels: &Raster<u32>) -> Self {
         let (width, height) = (labels.width(), labels.height());
         let count = labels.as_slice().iter().max().map_or(0, |most| *most as usize + 1);
-        let mut sums = vec![[0.0f64; 6]; count];
+        let mut sums = vec![[0.0f64; 7]; count];
         let mut patches = vec![Patch::NONE; count];
         let mut outer = vec![0.0; count];
-        let mut sides: Vec<(u64, f32)> = Vec::new();
+        let mut sides: Vec<(u64, [f32; 2])> = Vec::new();
         for y in 0..height {
             let row = labels.row(y);
             for (x, &label) in row.iter().enumerate() {
                 let patch = &mut patches[label as usize];
-                let [l, a, b] = ground.features.row(y)[x];
+                let [l, a, b] = planes.features.row(y)[x];
                 let means = [
                     l,
                     a,
                     b,
-                    ground.attention.row(y)[x],
-                    ground.foliage.row(y)[x],
-                    ground.busy.row(y)[x],
+                    planes.attention.row(y)[x],
+                    planes.foliage.row(y)[x],
+                    planes.busy.row(y)[x],
+                    planes.steps.row(y)[x],
                 ];
                 sums[label as usize].iter_mut().zip(means).for_each(|(sum, value)| *sum += f64::from(value));
                 patch.area += 1.0;
@@ -345,8 +366,8 @@ impl Graph {
                     let other = labels.row(y1)[x1];
                     if other != label {
                         let (low, high) = (label.min(other), label.max(other));
-                        let step = ground.steps.row(y)[x].max(ground.steps.row(y1)[x1]);
-                        sides.push((u64::from(low) << 32 | u64::from(high), step));
+                        let steps = [planes.steps.row(y)[x], planes.steps.row(y1)[x1]];
+                        sides.push((u64::from(low) << 32 | u64::from(high), steps));
                     }
                 };
                 if x + 1 < width {
@@ -358,19 +379,21 @@ impl Graph {
             }
         }
         for (patch, sums) in patches.iter_mut().zip(&sums) {
-            let [l, a, b, attention, foliage, busy] = sums.map(|sum| (sum / patch.area) as f32);
-            (patch.mean, patch.attention, patch.foliage, patch.busy) = ([l, a, b], attention, foliage, busy);
+            let [l, a, b, attention, foliage, busy, step] = sums.map(|sum| (sum / patch.area) as f32);
+            patch.mean = [l, a, b];
+            (patch.attention, patch.foliage, patch.busy, patch.step) = (attention, foliage, busy, step);
         }
         let mut around: Vec<BTreeMap<u32, Border>> = vec![BTreeMap::new(); count];
         sides.sort_by_key(|side| side.0);
         for same in sides.chunk_by(|a, b| a.0 == b.0) {
-            let steps = same.iter().map(|side| f64::from(side.1)).sum();
-            let border = Border { sides: same.len() as f64, steps };
+            let steps = same.iter().map(|(_, [a, b])| f64::from(a.max(*b))).sum();
+            let soft = same.iter().filter(|(_, [a, b])| a.max(*b) < NO_STEP).count() as f64;
+            let border = Border { sides: same.len() as f64, steps, soft };
             let (low, high) = ((same[0].0 >> 32) as u32, same[0].0 as u32);
             around[low as usize].insert(high, border);
             around[high as usize].insert(low, border);
         }
-        let s = ground.long_edge;
+        let s = planes.long_edge;
         Self {
             patches,
             around,
@@ -378,7 +401,7 @@ impl Graph {
             outer,
             square: s * s,
             edge: s as f32,
-            coarseness: ground.coarseness,
+            coarseness: planes.coarseness,
         }
     }
 
@@ -404,7 +427,8 @@ impl Graph {
         let (one, other) = (&self.patches[a as usize], &self.patches[b as usize]);
         let step = (border.steps / border.sides) as f32;
         let smaller = (one.area.min(other.area) / (COMMON * self.square)) as f32;
-        let cost = (BY_COLOR * difference(one, other) + BY_STEP * step) * libm::powf(smaller, GROWTH);
+        let hard = 1.0 - (1.0 - SOFT) * (border.soft / border.sides) as f32;
+        let cost = (BY_COLOR * hard * difference(one, other) + BY_STEP * step) * libm::powf(smaller, GROWTH);
         let seen = one.attention.max(other.attention).min(1.0);
         let aside = 1.0 - seen;
         let focus = ((seen - FOCUS[0]) / (FOCUS[1] - FOCUS[0])).max(0.0);
@@ -412,7 +436,17 @@ impl Graph {
             + MORE_ASIDE * libm::powf(aside, ASIDE_GROWTH)
             + MORE_IN_CALM * aside * (1.0 - one.busy.max(other.busy))
             + MORE_IN_FOLIAGE * aside * one.foliage.min(other.foliage);
-        cost / (tolerance * self.coarseness)
+        let sky = if self.is_sky(one) && self.is_sky(other) { SKY_COST } else { 1.0 };
+        let crisp =
+            if smaller > LARGE { 1.0 + CRISP * (1.0 - (border.soft / border.sides) as f32) } else { 1.0 };
+        sky * crisp * cost / (tolerance * self.coarseness)
+    }
+
+    fn is_sky(&self, mass: &Patch) -> bool {
+        mass.bounds[0][1] == 0
+            && mass.area > SKY_AREA * self.square
+            && mass.busy < SKY_BUSY
+            && mass.mean[0] > SKY_LIGHT
     }
 
     /// Merges two masses; returns the one they are.
@@ -430,6 +464,7 @@ impl Graph {
             let both = self.around[kept as usize].entry(other).or_default();
             both.sides += border.sides;
             both.steps += border.steps;
+            both.soft += border.soft;
             let both = *both;
             self.around[other as usize].insert(kept, both);
         }
@@ -477,8 +512,9 @@ impl Graph {
     /// The neighbour that is most alike, and by how much it differs.
     fn likest(&self, mass: u32) -> Option<(u32, f32)> {
         let own = &self.patches[mass as usize];
-        let differing =
-            self.around[mass as usize].keys().map(|&other| (other, difference(own, &self.patches[other as usize])));
+        let differing = self.around[mass as usize]
+            .keys()
+            .map(|&other| (other, difference(own, &self.patches[other as usize])));
         differing.min_by(|a, b| a.1.total_cmp(&b.1).then(a.0.cmp(&b.0)))
     }
 
@@ -517,20 +553,42 @@ impl Graph {
                 if 2.0 * own.area > f64::from(widest) * all || all == 0.0 {
                     return false;
                 }
-                let mut shares = [0.0; 2];
-                let mut liker = f32::INFINITY;
-                for (&other, border) in &self.around[mass as usize] {
-                    let other = &self.patches[other as usize];
-                    // What is as thin may be a strip itself.
-                    if other.area < own.area {
-                        continue;
-                    }
-                    shares[usize::from(other.mean[0] > own.mean[0])] += border.sides / all;
-                    liker = liker.min(difference(own, other));
-                }
-                shares.iter().all(|&share| share as f32 > BOTH_SIDES) && liker < STRIP_DIFFERS
+                self.is_between(mass, all)
             })
             .collect()
+    }
+
+    /// Whether a mass's color lies between those of its two sides, and it slopes from one to the other; `all` is its border.
+    fn is_between(&self, mass: u32, all: f64) -> bool {
+        let own = &self.patches[mass as usize];
+        // The two sides: the larger masses that are lighter, and those that are darker.
+        let (mut shares, mut sides, mut steps) = ([0.0f32; 2], [[0.0f32; 3]; 2], 0.0);
+        for (&other, border) in &self.around[mass as usize] {
+            let other = &self.patches[other as usize];
+            // What is as thin may be a strip itself.
+            if other.area < own.area {
+                continue;
+            }
+            let side = usize::from(other.mean[0] > own.mean[0]);
+            let share = (border.sides / all) as f32;
+            shares[side] += share;
+            steps += (border.steps / all) as f32;
+            sides[side].iter_mut().zip(other.mean).for_each(|(sum, value)| *sum += share * value);
+        }
+        if shares.iter().any(|&share| share < BOTH_SIDES)
+            || own.step * (shares[0] + shares[1]) < SLOPE * steps
+        {
+            return false;
+        }
+        let [from, to] = [0, 1].map(|side: usize| sides[side].map(|sum| sum / shares[side]));
+        let way = [0, 1, 2].map(|c: usize| to[c] - from[c]);
+        let off = [0, 1, 2].map(|c: usize| own.mean[c] - from[c]);
+        let square: f32 = way.iter().map(|value| value * value).sum();
+        let part = way.iter().zip(off).map(|(a, b)| a * b).sum::<f32>() / square.max(1e-6);
+        let on_way = [0, 1, 2].map(|c: usize| from[c] + part * way[c]);
+        square > LEAST_WAY * LEAST_WAY
+            && (ON_THE_WAY[0]..=ON_THE_WAY[1]).contains(&part)
+            && apart(own.mean, on_way) < OFF_THE_WAY[0].max(OFF_THE_WAY[1] * square.sqrt())
     }
 
     /// Islands without direction join what is around them.
@@ -673,7 +731,7 @@ mod tests {
     fn found(features: &Raster<[f32; 3]>, attention: f32, long_edge: f64) -> Masses {
         let plane = |value: f32| Raster::new(features.width(), features.height(), value);
         let (attention, calm) = (plane(attention), plane(0.0));
-        masses(&Ground {
+        masses(&Planes {
             features,
             steps: &steps(features, long_edge),
             attention: &attention,

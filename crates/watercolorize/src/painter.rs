@@ -38,12 +38,14 @@ const WASH_CELLS_PER_MM: f64 = 3.0;
 const MOST_LIGHTS: f64 = 72.0;
 
 /// Difference of two colors, Lab, up to which they run into each other where they meet, by wash.
-const RUN_TOGETHER: [f32; MOST_WASHES] = [34.0, 16.0, 13.0, 13.0];
+const RUN_TOGETHER: [f32; MOST_WASHES] = [20.0, 16.0, 13.0, 13.0];
 
 /// Film of each wash, how uneven it is, and over how much of the long edge.
 const WATER: [f64; MOST_WASHES] = [0.60, 0.45, 0.42, 0.40];
-const UNEVEN: [f64; MOST_WASHES] = [0.30, 0.30, 0.24, 0.16];
-const UNEVEN_OVER: f64 = 0.05;
+const UNEVEN: [f64; MOST_WASHES] = [0.22, 0.32, 0.32, 0.28];
+const UNEVEN_OVER: f64 = 0.07;
+/// How far the pigments of each wash part.
+const CHARGED: [f64; MOST_WASHES] = [0.22, 0.34, 0.40, 0.45];
 /// Steps that each wash has to dry in.
 const STEPS: [u32; MOST_WASHES] = [420, 300, 280, 240];
 /// Rims of each wash, and of marks.
@@ -198,8 +200,8 @@ fn physics(wash: usize, params: &PhotoParams) -> LivingParams {
             evaporation: 0.005,
             slope_scale: 0.03,
             creep_speed: 0.0,
-            pigment_diffusion: default.pigment_diffusion * wet,
-            pigment_dispersion: default.pigment_dispersion * wet,
+            pigment_diffusion: default.pigment_diffusion * (wet - 0.55).max(0.0),
+            pigment_dispersion: default.pigment_dispersion * (wet - 0.55).max(0.0),
             ..default
         };
     }
@@ -318,6 +320,7 @@ impl<'a> Planner<'a> {
                 figures,
                 water: WATER[wash],
                 uneven: UNEVEN[wash],
+                charged: CHARGED[wash],
                 uneven_scale_mm: hundredths(UNEVEN_OVER * self.request.mounting.long_edge_mm),
                 rim: hundredths(RIMS[wash] * params.rims).min(2.0),
                 edges: self.edges.soft[wash].clone(),

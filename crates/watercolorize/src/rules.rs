@@ -6,7 +6,7 @@
 
 use core::f32::consts::{FRAC_PI_2, PI};
 
-use girtin_grid::blur::gaussian_plane;
+use girtin_grid::blur::{gaussian, gaussian_plane};
 use girtin_grid::{Raster, random};
 
 use crate::accidents::smoothstep;
@@ -68,13 +68,14 @@ const THERE: [f32; 2] = [0.2, 0.12];
 const FULL: f64 = 0.05;
 
 /// Sizes of leaves, far and near, and their width over their length.
-const LEAF_LENGTHS: [f32; 2] = [0.005, 0.022];
-const LEAF_SHAPE: [f64; 2] = [0.32, 0.5];
+const LEAF_LENGTHS: [f32; 2] = [0.006, 0.024];
+const LEAF_SHAPE: [f64; 2] = [0.26, 0.42];
 /// Leaves shorter than this are drops of the brush's tip.
 const DROP_BELOW: f32 = 0.008;
-/// Leaves in a group, and how far they turn from the way out.
+/// Leaves in a group; how far apart their feet are, over their length, and by what angle they part; how far each turns besides.
 const LEAVES: [u64; 2] = [3, 7];
-const LEAF_TURN: f64 = 0.7;
+const LEAF_FAN: [f32; 2] = [0.26, 0.24];
+const LEAF_TURN: f64 = 0.4;
 /// Sigmas of the blurs whose differences are fine, middle and coarse texture.
 const GRAINS: [f64; 4] = [0.0012, 0.0028, 0.0065, 0.015];
 /// Sigma over which a plant mass is smooth, and the Lab L a length of it by which it turns from light to dark.
@@ -87,6 +88,8 @@ const HAIR_LENGTHS: [f64; 2] = [0.014, 0.034];
 const HAIR_WIDTHS: [f64; 2] = [0.0014, 0.0028];
 const HAIR_LEAN: f32 = 0.45;
 const TUFT: f32 = 0.35;
+/// Size of the furthest tufts over that of the nearest.
+const GRASS_FAR: f32 = 0.35;
 /// Grass whose structure lies flatter than this stands up anyway.
 const LYING: f32 = 0.5;
 
@@ -95,6 +98,8 @@ const RIPPLE_LENGTHS: [f64; 2] = [0.045, 0.095];
 const RIPPLE_SHAPE: [f64; 2] = [5.0, 9.0];
 /// Size at the top of the water over that at its bottom.
 const FAR: f32 = 0.14;
+/// How far a ripple sags in its middle, over its length; some arch instead.
+const RIPPLE_SAG: [f64; 2] = [-0.03, 0.07];
 /// Thinnest ripple.
 const RIPPLE_LEAST: f64 = 0.0012;
 /// How much denser ripples are at the bottom, as against the top.
@@ -105,6 +110,8 @@ const RIPPLE_FINE: f64 = 0.0016;
 /// Least step of lightness of a ripple, Lab L.
 const RIPPLE_STEP: f32 = 1.5;
 
+/// Steps of lightness against the tone around, Lab L, from which on and up to which texture is seen.
+const SEEN: [f32; 2] = [1.0, 7.0];
 /// Strokes of a hatch, their lengths, widths, distance over width, and turn against the structure.
 const HATCHES: [u64; 2] = [2, 4];
 const HATCH_LENGTHS: [f64; 2] = [0.012, 0.032];
@@ -132,6 +139,8 @@ pub fn foliage(ground: &Ground) -> Vec<Stroke> {
         0.04 + end.max(0.7 * turn)
     };
     let mut marks = Marks::of(ground, "leaves");
+    // They reach over the silhouette.
+    marks.outside = 2;
     let room = |at: [f32; 2]| 2.4 * sizes.sample(at[0], at[1]);
     marks.place(weight, room, |chance, at| {
         let [ex, ey] = fall(&mass, at);
@@ -144,12 +153,13 @@ pub fn foliage(ground: &Ground) -> Vec<Stroke> {
         let count = chance.count(LEAVES);
         (0..count)
             .map(|k| {
-                // The group is strung along the edge, a bit in and out of it.
-                let along = (k as f32 - 0.5 * (count - 1) as f32) * 0.55 * length;
-                let (off, turn) = (chance.spread(0.45) * length, chance.spread(LEAF_TURN));
-                let foot = moved(moved(at, out + FRAC_PI_2, along), out, off - 0.35 * length);
-                let length = length * chance.between([0.7, 1.25]);
-                let points = bent(foot, out + turn + 0.25 * along / length, length, chance.spread(0.35));
+                // A fan whose leaves touch at their feet, the outer ones turned further and set back a bit.
+                let side = k as f32 - 0.5 * (count - 1) as f32;
+                let length = length * chance.between([0.65, 1.25]);
+                let foot = moved(at, out + FRAC_PI_2, (LEAF_FAN[0] * side + chance.spread(0.2)) * length);
+                let foot = moved(foot, out, (chance.spread(0.3) - 0.35 - 0.06 * side * side) * length);
+                let out = out + LEAF_FAN[1] * side + chance.spread(LEAF_TURN);
+                let points = bent(foot, out, length, chance.spread(0.45));
                 let width = length * chance.between(LEAF_SHAPE);
                 let kind = if length < DROP_BELOW * s as f32 { Kind::Drop } else { Kind::Leaf };
                 Stroke { points, width, kind, step }
@@ -185,14 +195,17 @@ fn leaf_lengths(ground: &Ground) -> Raster<f32> {
 pub fn grass(ground: &Ground) -> Vec<Stroke> {
     let s = ground.long_edge;
     let tone = gaussian_plane(ground.lightness, TURN_REACH * s);
-    let length_of = |chance: &mut Chance| ground.scale * chance.between(HAIR_LENGTHS) * s as f32;
+    let Some(nearness) = Nearness::of(ground.density) else { return Vec::new() };
+    let usual = |y: f32| ground.scale * s as f32 * nearness.size(y, GRASS_FAR);
+    let step_at = |[x, y]: [f32; 2]| ground.lightness.sample(x, y) - tone.sample(x, y);
     let mut marks = Marks::of(ground, "grass");
-    let room = |_: [f32; 2]| ground.scale * (1.1 * HAIR_LENGTHS[1] * s) as f32;
-    marks.place(|_| 1.0, room, |chance, at| {
-        let up = upright(ground.direction.at(cell(at[0], ground.direction.width()), cell(at[1], ground.direction.height())));
-        let length = length_of(chance);
-        let step = ground.lightness.sample(at[0], at[1]) - tone.sample(at[0], at[1]);
-        let step = if step > 0.0 { 7.0 } else { -9.0 };
+    marks.outside = 1;
+    let room = |at: [f32; 2]| 1.1 * HAIR_LENGTHS[1] as f32 * usual(at[1]);
+    let weight = |at: [f32; 2]| 0.25 + smoothstep(step_at(at).abs(), SEEN[0], SEEN[1]);
+    marks.place(weight, room, |chance, at| {
+        let up = upright(along(ground, at));
+        let length = chance.between(HAIR_LENGTHS) * usual(at[1]);
+        let step = if step_at(at) > 0.0 { 7.0 } else { -9.0 };
         let count = chance.count(HAIRS);
         (0..count)
             .map(|k| {
@@ -203,7 +216,7 @@ pub fn grass(ground: &Ground) -> Vec<Stroke> {
                 // The outer hairs are shorter and bend further over.
                 let length = length * (1.0 - 0.3 * side.abs()) * chance.between([0.75, 1.15]);
                 let points = bent(foot, up + 0.5 * lean, length, lean + chance.spread(0.1));
-                let width = ground.scale * (chance.between(HAIR_WIDTHS) * s as f32);
+                let width = chance.between(HAIR_WIDTHS) * usual(at[1]);
                 Stroke { points, width, kind: Kind::Hair, step }
             })
             .collect()
@@ -220,11 +233,9 @@ fn upright(direction: f32) -> f32 {
 /// tone around; long at the bottom of the water and short at its top.
 pub fn ripples(ground: &Ground) -> Vec<Stroke> {
     let s = ground.long_edge;
-    let Some([top, bottom]) = extent(ground.density) else { return Vec::new() };
-    let (fine, tone) =
-        (gaussian_plane(ground.lightness, RIPPLE_FINE * s), gaussian_plane(ground.lightness, RIPPLE_TONE * s));
-    let nearness = |y: f32| ((y - top) / (bottom - top).max(1.0)).clamp(0.0, 1.0);
-    let usual = |y: f32| ground.scale * s as f32 * (FAR + (1.0 - FAR) * nearness(y));
+    let Some(nearness) = Nearness::of(ground.density) else { return Vec::new() };
+    let (fine, tone) = (gaussian_plane(ground.lightness, RIPPLE_FINE * s), tone_within(ground, RIPPLE_TONE));
+    let usual = |y: f32| ground.scale * s as f32 * nearness.size(y, FAR);
     // Mean step of lightness along a level stroke.
     let step_at = |[x, y]: [f32; 2], length: f32| {
         const LOOKS: i8 = 4;
@@ -237,7 +248,7 @@ pub fn ripples(ground: &Ground) -> Vec<Stroke> {
     let mean_length = 0.5 * (RIPPLE_LENGTHS[0] + RIPPLE_LENGTHS[1]) as f32;
     let weight = |at: [f32; 2]| {
         let step = step_at(at, mean_length * usual(at[1])).abs();
-        (1.0 + (NEARER - 1.0) * nearness(at[1])) * smoothstep(step, 0.5 * RIPPLE_STEP, 4.0 * RIPPLE_STEP)
+        (1.0 + (NEARER - 1.0) * nearness.at(at[1])) * smoothstep(step, 0.5 * RIPPLE_STEP, 4.0 * RIPPLE_STEP)
     };
     let room = |at: [f32; 2]| 0.5 * mean_length * usual(at[1]);
     let mut marks = Marks::of(ground, "ripples");
@@ -250,36 +261,69 @@ pub fn ripples(ground: &Ground) -> Vec<Stroke> {
         let reach = (0.8 * width) as i32;
         let rows = (-reach..=reach).map(|row| [at[0], at[1] + row as f32]);
         let best = rows.map(|at| (step_at(at, length), at)).max_by(|a, b| a.0.abs().total_cmp(&b.0.abs()));
-        let Some((step, at)) = best.filter(|best| best.0.abs() > 0.5 * RIPPLE_STEP) else { return Vec::new() };
+        let Some((step, at)) = best.filter(|best| best.0.abs() > 0.5 * RIPPLE_STEP) else {
+            return Vec::new();
+        };
         let slope = chance.spread(0.05);
         let way = if chance.unit() < 0.5 { slope } else { PI + slope };
         let foot = moved(at, way, -0.5 * length);
-        // A hand swings a little about its wrist: down in the middle, and up again with the tip.
-        let sag = (0.05 + 0.05 * chance.unit()) * length;
+        // A hand swings a little about its wrist: mostly down in the middle, and up again with the tip.
+        let sag = chance.between(RIPPLE_SAG) * length;
         let points = [(0.0, 0.0), (0.25, 0.7), (0.5, 0.9), (0.75, 0.35), (1.0, -0.25)]
             .map(|(along, down)| {
                 let [x, y] = moved(foot, way, along * length);
                 [x, y + down * sag]
             })
             .to_vec();
-        let kind = if length > RIPPLE_LENGTHS[0] as f32 * s as f32 && chance.unit() < 0.25 { Kind::Tail } else { Kind::Leaf };
+        let kind = if length > RIPPLE_LENGTHS[0] as f32 * s as f32 && chance.unit() < 0.25 {
+            Kind::Tail
+        } else {
+            Kind::Leaf
+        };
         vec![Stroke { points, width, kind, step }]
     })
 }
 
-/// The rows between which lies nearly all of a density.
-fn extent(density: &Raster<f32>) -> Option<[f32; 2]> {
-    let row = |y: usize| density.row(y).iter().map(|&value| f64::from(value.max(0.0))).sum::<f64>();
-    let rows: Vec<f64> = (0..density.height()).map(row).collect();
-    let all: f64 = rows.iter().sum();
-    let up_to = |part: f64| {
-        let mut sum = 0.0;
-        rows.iter().position(|row| {
-            sum += row;
-            sum > part * all
-        })
-    };
-    Some([up_to(0.01)? as f32, up_to(0.985)? as f32])
+/// How near the ground is at each row, 0 at the top of a texture that lies flat and 1 at its bottom.
+struct Nearness {
+    top: f32,
+    bottom: f32,
+}
+
+impl Nearness {
+    /// Between the rows that nearly all of a density lies between; none where there is no density.
+    fn of(density: &Raster<f32>) -> Option<Self> {
+        let row = |y: usize| density.row(y).iter().map(|&value| f64::from(value.max(0.0))).sum::<f64>();
+        let rows: Vec<f64> = (0..density.height()).map(row).collect();
+        let all: f64 = rows.iter().sum();
+        let up_to = |part: f64| {
+            let mut sum = 0.0;
+            rows.iter().position(|row| {
+                sum += row;
+                sum > part * all
+            })
+        };
+        Some(Self { top: up_to(0.01)? as f32, bottom: up_to(0.985)? as f32 })
+    }
+
+    fn at(&self, y: f32) -> f32 {
+        ((y - self.top) / (self.bottom - self.top).max(1.0)).clamp(0.0, 1.0)
+    }
+
+    /// Size at a row over that at the bottom, when it is `far` at the top.
+    fn size(&self, y: f32, far: f32) -> f32 {
+        far + (1.0 - far) * self.at(y)
+    }
+}
+
+/// The lightness around each cell, of the texture's own ground only: a dark bank does not make the water beside it light.
+fn tone_within(ground: &Ground, sigma: f64) -> Raster<f32> {
+    let (width, height) = (ground.lightness.width(), ground.lightness.height());
+    let both = Raster::by_rows(width, height, |x, y| {
+        let there = ground.density.at(x, y) + 1e-4;
+        [there * ground.lightness.at(x, y), there]
+    });
+    gaussian(&both, sigma * ground.long_edge).map(|[sum, there]| sum / there)
 }
 
 /// Groups of parallel short strokes along the structure, as tiles, planks and strata have them.
@@ -287,13 +331,14 @@ pub fn hatch(ground: &Ground) -> Vec<Stroke> {
     let s = ground.long_edge;
     let tone = gaussian_plane(ground.lightness, TURN_REACH * s);
     let room = |_: [f32; 2]| ground.scale * (1.15 * HATCH_LENGTHS[1] * s) as f32;
-    Marks::of(ground, "hatch").place(|_| 1.0, room, |chance, at| {
-        let along = ground.direction.at(cell(at[0], ground.direction.width()), cell(at[1], ground.direction.height()));
-        let along = along + if chance.unit() < 0.5 { 0.0 } else { PI } + chance.spread(HATCH_TURN);
+    let step_at = |[x, y]: [f32; 2]| ground.lightness.sample(x, y) - tone.sample(x, y);
+    let weight = |at: [f32; 2]| 0.4 + smoothstep(step_at(at).abs(), SEEN[0], SEEN[1]);
+    Marks::of(ground, "hatch").place(weight, room, |chance, at| {
+        let turned = if chance.unit() < 0.5 { 0.0 } else { PI };
+        let along = along(ground, at) + turned + chance.spread(HATCH_TURN);
         let width = ground.scale * chance.between(HATCH_WIDTHS) * s as f32;
         let pitch = width * chance.between(HATCH_PITCH);
-        let step = ground.lightness.sample(at[0], at[1]) - tone.sample(at[0], at[1]);
-        let step = if step > 3.0 { 6.0 } else { -chance.between([9.0, 17.0]) };
+        let step = if step_at(at) > 3.0 { 6.0 } else { -chance.between([9.0, 17.0]) };
         let length = ground.scale * chance.between(HATCH_LENGTHS) * s as f32;
         let bend = chance.spread(0.25);
         let count = chance.count(HATCHES);
@@ -328,9 +373,10 @@ fn size([x, y]: [f32; 2]) -> f32 {
     (x * x + y * y).sqrt()
 }
 
-/// The cell that a place lies in.
-fn cell(place: f32, cells: usize) -> usize {
-    (place.max(0.0) as usize).min(cells.saturating_sub(1))
+/// The structure's direction at a place.
+fn along(ground: &Ground, [x, y]: [f32; 2]) -> f32 {
+    let cell = |place: f32, cells: usize| (place.max(0.0) as usize).min(cells.saturating_sub(1));
+    ground.direction.at(cell(x, ground.direction.width()), cell(y, ground.direction.height()))
 }
 
 /// The accidents of one group of marks.
@@ -371,6 +417,8 @@ struct Marks<'a> {
     key: u64,
     /// How much nearer groups may be up and down than to the sides.
     flatness: f32,
+    /// How many points of a stroke may lie outside of the density.
+    outside: usize,
 }
 
 impl<'a> Marks<'a> {
@@ -380,7 +428,7 @@ impl<'a> Marks<'a> {
         let size = |plane: &Raster<f32>| (plane.width(), plane.height());
         let same = size(ground.density);
         assert!(same == size(ground.direction) && same == size(ground.lightness), "planes of one size");
-        Self { ground, key: random::key(ground.seed, random::stage(stage)), flatness: 1.0 }
+        Self { ground, key: random::key(ground.seed, random::stage(stage)), flatness: 1.0, outside: 0 }
     }
 
     /// Lays groups until there are enough strokes: where density times `weight` is high rather than where it is low, and
@@ -401,7 +449,8 @@ impl<'a> Marks<'a> {
             for column in 0..libm::ceil(columns) as i64 {
                 let key = random::at(self.key, [column, row]);
                 let jitter = |word: u64| random::unit_f64(random::fold(key, word));
-                let at = [(column as f64 + jitter(1)) * pitch, (row as f64 + jitter(2)) * pitch].map(|at| at as f32);
+                let at = [(column as f64 + jitter(1)) * pitch, (row as f64 + jitter(2)) * pitch]
+                    .map(|at| at as f32);
                 if at[0] >= density.width() as f32 || at[1] >= density.height() as f32 {
                     continue;
                 }
@@ -436,8 +485,7 @@ impl<'a> Marks<'a> {
             let marks = group(&mut Chance { key, drawn: 0 }, at);
             let is_there = |stroke: &Stroke| {
                 let inside = |&&[x, y]: &&[f32; 2]| density.sample(x, y) >= THERE[1];
-                // One point may be outside: leaves reach over the silhouette.
-                stroke.points.iter().filter(inside).count() + 1 >= stroke.points.len()
+                stroke.points.iter().filter(inside).count() + self.outside >= stroke.points.len()
             };
             let before = strokes.len();
             strokes.extend(marks.into_iter().filter(is_there).take(most - before));
@@ -446,5 +494,159 @@ impl<'a> Marks<'a> {
             }
         }
         strokes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIDE: usize = 300;
+
+    fn ground<'a>(
+        density: &'a Raster<f32>,
+        direction: &'a Raster<f32>,
+        lightness: &'a Raster<f32>,
+    ) -> Ground<'a> {
+        Ground { density, direction, lightness, scale: 1.0, seed: 4, most: 60, long_edge: SIDE as f64 }
+    }
+
+    fn plane(value: impl Fn(f32, f32) -> f32) -> Raster<f32> {
+        Raster::from_fn(SIDE, SIDE, |x, y| value(x as f32 + 0.5, y as f32 + 0.5))
+    }
+
+    /// Texture of a grain some cells wide.
+    fn grain(cells: i64) -> Raster<f32> {
+        let key = random::key(1, random::stage("grain"));
+        let at = |x: f32, y: f32| random::at(key, [x as i64 / cells, y as i64 / cells]);
+        gaussian_plane(&plane(|x, y| 30.0 + 40.0 * random::unit_f32(at(x, y))), 0.3 * cells as f64)
+    }
+
+    fn stroke_length(stroke: &Stroke) -> f32 {
+        stroke.points.windows(2).map(|pair| size([pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]])).sum()
+    }
+
+    fn mean(values: impl Iterator<Item = f32>) -> f32 {
+        let values: Vec<f32> = values.collect();
+        values.iter().sum::<f32>() / values.len() as f32
+    }
+
+    #[test]
+    fn ripples_are_level_and_shrink_towards_the_horizon() {
+        let water = plane(|_, y| f32::from(u8::from(y > 100.0)));
+        let waves = plane(|x, y| 60.0 + 12.0 * libm::sinf(y * 0.9 + 0.02 * x));
+        let found = ripples(&ground(&water, &plane(|_, _| 1.0), &waves));
+        assert!(found.len() > 30, "{}", found.len());
+        let of = |rows: core::ops::Range<f32>| {
+            let here: Vec<&Stroke> =
+                found.iter().filter(|stroke| rows.contains(&stroke.points[2][1])).collect();
+            (here.len(), mean(here.iter().map(|stroke| stroke_length(stroke))))
+        };
+        let (far, near) = (of(100.0..160.0), of(240.0..300.0));
+        assert!(far.0 > 2 && near.0 > 2 && near.1 > 2.0 * far.1, "{far:?} {near:?}");
+        for stroke in &found {
+            let [first, last] = [stroke.points[0], stroke.points[4]];
+            assert!((last[1] - first[1]).abs() < 0.4 * (last[0] - first[0]).abs(), "{:?}", stroke.points);
+            assert!(stroke.points.iter().all(|point| point[1] > 99.0), "none ashore");
+            let shape = stroke_length(stroke) / stroke.width;
+            assert!((2.5..9.5).contains(&shape), "{shape}");
+            let here = waves.sample(stroke.points[2][0], stroke.points[2][1]) - 60.0;
+            assert!(
+                here.abs() < 6.0 || (here > 0.0) == (stroke.step > 0.0) || stroke.width > 3.5,
+                "{here} {}",
+                stroke.step
+            );
+        }
+    }
+
+    #[test]
+    fn still_water_has_no_ripples() {
+        let still = plane(|_, y| 60.0 + 0.05 * y);
+        assert_eq!(ripples(&ground(&plane(|_, _| 1.0), &plane(|_, _| 0.0), &still)), []);
+        assert_eq!(ripples(&ground(&plane(|_, _| 0.0), &plane(|_, _| 0.0), &still)), []);
+    }
+
+    #[test]
+    fn leaves_lie_at_the_silhouette_and_point_outward() {
+        let from_middle = |x: f32, y: f32| size([x - 150.0, y - 150.0]);
+        let bush = plane(|x, y| f32::from(u8::from(from_middle(x, y) < 90.0)));
+        let found = foliage(&ground(&bush, &plane(|_, _| 0.0), &plane(|_, _| 50.0)));
+        assert!(found.len() > 30, "{}", found.len());
+        let is_near =
+            |stroke: &&Stroke| (from_middle(stroke.points[0][0], stroke.points[0][1]) - 90.0).abs() < 14.0;
+        let near = found.iter().filter(is_near).count();
+        assert!(near * 10 > found.len() * 7, "{near} of {}", found.len());
+        let outward = |stroke: &Stroke| {
+            let [foot, tip] = [stroke.points[0], stroke.points[3]];
+            (from_middle(tip[0], tip[1]) - from_middle(foot[0], foot[1])) / stroke_length(stroke)
+        };
+        let outward = mean(found.iter().filter(is_near).map(outward));
+        assert!(outward > 0.45, "{outward}");
+    }
+
+    #[test]
+    fn fine_grain_has_small_leaves() {
+        let all = plane(|_, _| 1.0);
+        let lengths = [2, 8].map(|cells| {
+            let lightness = grain(cells);
+            let found = foliage(&ground(&all, &all, &lightness));
+            assert!(found.len() > 20, "{}", found.len());
+            mean(found.iter().map(stroke_length))
+        });
+        assert!(lengths[1] > 1.5 * lengths[0], "{lengths:?}");
+    }
+
+    #[test]
+    fn grass_stands_up_and_hatches_follow_the_structure() {
+        let (all, lightness) = (plane(|_, _| 1.0), grain(4));
+        for direction in [0.1, 1.2, 1.9, 3.0] {
+            let along = plane(|_, _| direction);
+            let tufts = grass(&ground(&all, &along, &lightness));
+            assert!(tufts.len() > 30);
+            assert!(
+                tufts.iter().all(|hair| hair.points[3][1] < hair.points[0][1] && hair.kind == Kind::Hair)
+            );
+            let strokes = hatch(&ground(&all, &along, &lightness));
+            assert!(strokes.len() > 30);
+            for stroke in &strokes {
+                let [foot, tip] = [stroke.points[0], stroke.points[3]];
+                let turned = libm::atan2f(tip[1] - foot[1], tip[0] - foot[0]) - direction;
+                assert!(libm::sinf(turned).abs() < 0.65, "{turned}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_seed_gives_one_picture_and_most_is_kept() {
+        let (all, lightness) = (plane(|_, _| 1.0), grain(4));
+        let rules = [foliage, grass, ripples, hatch];
+        for rule in rules {
+            let one = ground(&all, &all, &lightness);
+            let found = rule(&one);
+            assert!(found.len() <= one.most);
+            assert_eq!(found, rule(&one));
+            assert_ne!(found, rule(&Ground { seed: 5, ..one }));
+            let few = rule(&Ground { most: 7, ..one });
+            assert!(few.len() <= 7);
+        }
+    }
+
+    #[test]
+    fn any_size_is_fine() {
+        for (width, height) in [(0, 0), (1, 1), (1, 7)] {
+            let one = Raster::new(width, height, 1.0f32);
+            let tiny = Ground {
+                density: &one,
+                direction: &one,
+                lightness: &one,
+                scale: 1.0,
+                seed: 0,
+                most: 9,
+                long_edge: 7.0,
+            };
+            for rule in [foliage, grass, ripples, hatch] {
+                assert!(rule(&tiny).len() <= 9);
+            }
+        }
     }
 }

@@ -6,7 +6,7 @@ use girtin_grid::morphology::dilated;
 
 use crate::accidents::{Chance, plane, smoothstep};
 use crate::contours::{around, contours};
-use crate::masses::{Ground, Masses, masses};
+use crate::masses::{Masses, Planes, masses};
 use crate::settings::PhotoParams;
 use crate::study::{Plane, Study};
 use crate::values::LEVELS;
@@ -16,8 +16,9 @@ const GRADIENT: f32 = 15.0;
 const HUE_GRADIENT: (f32, f32) = (0.7, 10.0);
 /// Spread that a shape has at least for its gradient, a part of the long edge: a slope over a sliver means nothing.
 const LEAST_SPREAD: f64 = 0.010;
-/// How far neutral shapes lean to one hue or another, Lab, and below which chroma they do.
-const LEAN: (f32, [f32; 2]) = (1.8, [14.0, 4.0]);
+/// How far neutral shapes lean, to blue or to brown, Lab b in lights and in darks; below which chroma they do; and what of
+/// that is red.
+const LEAN: ([f32; 2], [f32; 2], f32) = ([1.8, 4.5], [16.0, 5.0], 0.35);
 /// How far colors drift over the sheet, Lab, and how much further the more chroma they have.
 const DRIFT: (f64, f32, f32) = (0.09, 2.2, 0.05);
 
@@ -106,7 +107,7 @@ impl Shapes {
     /// Decides on them.
     pub fn new(study: &Study, params: &PhotoParams, seed: u64) -> Self {
         let s = study.mount.long_edge;
-        let found = masses(&Ground {
+        let found = masses(&Planes {
             features: &study.planned,
             steps: &study.steps,
             attention: &study.attention,
@@ -128,7 +129,9 @@ impl Shapes {
             .into_iter()
             .map(|contour| {
                 let (mass, sums) = (&found.masses[contour.mass], &sums[contour.mass]);
-                let lean = [chance.spread(LEAN.0), chance.spread(LEAN.0)];
+                let dark = smoothstep(mass.mean[0], 75.0, 35.0);
+                let lean = chance.spread(LEAN.0[0] + dark * (LEAN.0[1] - LEAN.0[0]));
+                let lean = [LEAN.2 * lean.abs(), lean];
                 let (line, steps) = gradient(sums, mass.middle, LEAST_SPREAD * s);
                 let colors = [-1.0f32, 1.0].map(|way| {
                     let tone = (mass.mean[0] + way * steps[0]).clamp(10.0, 99.0);

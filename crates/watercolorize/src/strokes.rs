@@ -15,7 +15,7 @@ use crate::tracer::{Trace, Tracing, trace};
 pub const MOST_ACCENTS: f64 = 105.0;
 const MOST_INNER: f64 = 120.0;
 const MOST_TEXTURE: f64 = 60.0;
-const MOST_DRAGGED: f64 = 16.0;
+const MOST_DRAGGED: f64 = 9.0;
 const MOST_INK: f64 = 260.0;
 
 /// How much darker than its shape a place is from which on it is worth a tone of its own, Lab L: always, where nobody looks,
@@ -29,9 +29,9 @@ const INNER_LENGTH: [f32; 2] = [0.014, 0.03];
 const ACCENT: (f32, [f32; 2]) = (6.0, [17.0, 44.0]);
 
 /// How much darker dragged strokes are than their ground, Lab L; their lengths and widths, parts of the long edge.
-const DRAGGED_DARKER: [f32; 2] = [6.0, 13.0];
-const DRAGGED_LENGTHS: [f32; 2] = [0.05, 0.13];
-const DRAGGED_WIDTHS: [f32; 2] = [0.007, 0.017];
+const DRAGGED_DARKER: [f32; 2] = [9.0, 17.0];
+const DRAGGED_LENGTHS: [f32; 2] = [0.06, 0.16];
+const DRAGGED_WIDTHS: [f32; 2] = [0.009, 0.022];
 
 /// Width of a pen's line, part of the long edge.
 const PEN: f32 = 0.0011;
@@ -336,8 +336,8 @@ impl Sheet<'_> {
             let widths = vec![wide; points.len()];
             let mut gesture = Gesture::new(points, widths, color);
             gesture.chisel = Some(chance.spread(25.0));
-            gesture.dry = [chance.between([0.35, 0.6]), chance.between([0.85, 1.0]), 0.2];
-            gesture.bristles = [chance.between([0.5, 1.1]), chance.between([16.0, 26.0]), 0.4];
+            gesture.dry = [chance.between([0.0, 0.35]), chance.between([0.8, 0.95]), chance.between([0.1, 0.4])];
+            gesture.bristles = [chance.between([0.7, 1.4]), chance.between([18.0, 30.0]), 0.45];
             gestures.push(gesture);
         }
         gestures

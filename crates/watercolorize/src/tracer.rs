@@ -49,10 +49,12 @@ const CRUMB: f32 = 1.3;
 /// Longest gap that a line goes on after, parts of the least length.
 const GAP: f32 = 1.6;
 /// Widths behind and ahead, and cells, over which a turn is measured, and from which on a line is cut there, radians.
-const CORNER: [f32; 2] = [1.0, 3.0];
-const SHARP: f32 = 1.25;
+const CORNER: [f32; 2] = [1.0, 6.0];
+const SHARP: f32 = 1.05;
 /// A piece whose middle line is shorter than so many widths is a blob.
 const BLOB: f32 = 0.9;
+/// A line of more cells than this whose ends meet, but for the cells of a fork, is a ring.
+const RING: usize = 16;
 /// Length over width of the stroke that a round blob becomes, and where it points: as a right hand puts it, radians.
 const DAB: f32 = 1.8;
 const DAB_SLANT: f32 = -0.6;
@@ -83,7 +85,7 @@ pub(crate) fn lines(mask: &Raster<bool>, field: &Raster<f32>, settings: &Tracing
         // To the middles of the cells beyond the edge it is half a cell further; lines of even width are half a cell off.
         let width = |cell: &[u32; 2]| 2.0 * half_widths.at(cell[0] as usize, cell[1] as usize) - 0.5;
         let ends = [cells[0], cells[cells.len() - 1]];
-        let closed = cells.len() > 8 && (0..2).all(|k| ends[0][k].abs_diff(ends[1][k]) < 2);
+        let closed = cells.len() > RING && (0..2).all(|k| ends[0][k].abs_diff(ends[1][k]) < 4);
         Line {
             points: cells.iter().copied().map(point).collect(),
             widths: cells.iter().map(width).map(|width| width.min(1e3)).collect(),
@@ -101,8 +103,10 @@ pub(crate) fn lines(mask: &Raster<bool>, field: &Raster<f32>, settings: &Tracing
     let is_blob = |piece: usize| longest[piece] < BLOB * thickest[piece];
     let drawn = all.into_iter().filter(|&(piece, _)| !is_blob(piece)).map(|(_, line)| line).collect();
     let drawn = joining::bridged(drawn, field, GAP * settings.least_length);
-    let mut lines: Vec<Line> = drawn.into_iter().flat_map(|line| line.smoothed(settings).cut_at_corners()).collect();
-    lines.extend(pieces.iter().enumerate().filter(|&(piece, _)| is_blob(piece)).map(|(_, piece)| piece.dab()));
+    let mut lines: Vec<Line> =
+        drawn.into_iter().flat_map(|line| line.smoothed(settings).cut_at_corners()).collect();
+    lines
+        .extend(pieces.iter().enumerate().filter(|&(piece, _)| is_blob(piece)).map(|(_, piece)| piece.dab()));
     lines.retain(|line| line.length() + line.widths[0] >= settings.least_length);
     lines
 }
@@ -128,7 +132,8 @@ impl Piece {
     /// The short thick stroke that covers as much, along the longer axis.
     fn dab(&self) -> Line {
         let [x, y] = self.sums.map(|sum| sum / self.cells);
-        let [xx, yy, xy] = [(0, x * x), (1, y * y), (2, x * y)].map(|(k, of)| self.squares[k] / self.cells - of);
+        let [xx, yy, xy] =
+            [(0, x * x), (1, y * y), (2, x * y)].map(|(k, of)| self.squares[k] / self.cells - of);
         let spread = ((xx - yy) * (xx - yy) + 4.0 * xy * xy).sqrt();
         let slenderness = ((xx + yy + spread + 0.2) / (xx + yy - spread + 0.2)).sqrt() as f32;
         let along = 0.5 * libm::atan2(2.0 * xy, xx - yy) as f32;
@@ -213,7 +218,11 @@ impl Line {
 
     /// The part between two points, the last included.
     pub fn part(&self, first: usize, last: usize) -> Self {
-        Self { points: self.points[first..=last].to_vec(), widths: self.widths[first..=last].to_vec(), closed: false }
+        Self {
+            points: self.points[first..=last].to_vec(),
+            widths: self.widths[first..=last].to_vec(),
+            closed: false,
+        }
     }
 
     /// Which way it runs at one of its points, of length 1.
@@ -252,7 +261,10 @@ impl Line {
         let widths = smoothed(&even.widths, sigma.max(1.0), even.closed);
         let mut line = Self {
             points: xs.into_iter().zip(ys).map(|(x, y)| [x, y]).collect(),
-            widths: widths.into_iter().map(|width| width.clamp(settings.widths[0], settings.widths[1])).collect(),
+            widths: widths
+                .into_iter()
+                .map(|width| width.clamp(settings.widths[0], settings.widths[1]))
+                .collect(),
             closed: even.closed,
         };
         if line.closed {
@@ -287,11 +299,17 @@ impl Line {
         let mut from = 0;
         for at in reach..count - reach {
             let around = &turns[at - reach..=at + reach];
-            let is_most = around.iter().enumerate().all(|(k, &turn)| turns[at] > turn || k >= reach && turns[at] >= turn);
+            let is_most = around
+                .iter()
+                .enumerate()
+                .all(|(k, &turn)| turns[at] > turn || k >= reach && turns[at] >= turn);
             if turns[at] > SHARP && is_most {
                 parts.push(self.part(from, at));
                 from = at;
             }
+        }
+        if from == 0 {
+            return vec![self];
         }
         parts.push(self.part(from, count - 1));
         parts
@@ -308,9 +326,13 @@ impl Line {
         // Where both halves are as wide, the one with more contrast is heavier.
         let weight = |points: &[[f32; 2]], widths: &[f32]| {
             let width = mean(widths.iter().copied());
-            width * (1.0 + 0.1 * mean(points.iter().map(|&[x, y]| field.sample(x, y))) / contrast.abs().max(1e-3))
+            width
+                * (1.0
+                    + 0.1 * mean(points.iter().map(|&[x, y]| field.sample(x, y))) / contrast.abs().max(1e-3))
         };
-        if weight(&line.points[..half], &line.widths[..half]) < weight(&line.points[half..], &line.widths[half..]) {
+        if weight(&line.points[..half], &line.widths[..half])
+            < weight(&line.points[half..], &line.widths[half..])
+        {
             line.points.reverse();
             line.widths.reverse();
         }
@@ -357,7 +379,9 @@ impl Line {
         while chosen.len() < POINTS[1].min(last + 1) {
             let furthest = chosen.windows(2).filter_map(|ends| self.furthest(ends[0], ends[1])).fold(
                 None,
-                |most: Option<(usize, f32)>, one| if most.is_some_and(|most| most.1 >= one.1) { most } else { Some(one) },
+                |most: Option<(usize, f32)>, one| {
+                    if most.is_some_and(|most| most.1 >= one.1) { most } else { Some(one) }
+                },
             );
             let next = match furthest {
                 Some((at, off)) if off > tolerance => at,
@@ -382,7 +406,8 @@ impl Line {
             let part = ((by[0] * along[0] + by[1] * along[1]) / square).clamp(0.0, 1.0);
             let [dx, dy] = [by[0] - part * along[0], by[1] - part * along[1]];
             // An edge is half as far off as the width.
-            let wider = 0.5 * (self.widths[at] - self.widths[first] - part * (self.widths[last] - self.widths[first]));
+            let wider = 0.5
+                * (self.widths[at] - self.widths[first] - part * (self.widths[last] - self.widths[first]));
             (dx * dx + dy * dy + 0.5 * wider * wider).sqrt()
         };
         // Not right beside the ends: two points there would be one corner.
@@ -393,10 +418,14 @@ impl Line {
     fn uneven(&self, chosen: &[usize], any: bool) -> Option<usize> {
         let steps: Vec<usize> = chosen.windows(2).map(|ends| ends[1] - ends[0]).collect();
         let is_uneven = |&k: &usize| {
-            let beside = [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|k| steps.get(k)).min();
+            let beside =
+                [k.checked_sub(1), Some(k + 1)].into_iter().flatten().filter_map(|k| steps.get(k)).min();
             any || beside.is_some_and(|&beside| steps[k] as f32 > EVEN * beside as f32)
         };
-        let longest = (0..steps.len()).filter(|&k| steps[k] > 1).filter(is_uneven).max_by_key(|&k| (steps[k], chosen.len() - k))?;
+        let longest = (0..steps.len())
+            .filter(|&k| steps[k] > 1)
+            .filter(is_uneven)
+            .max_by_key(|&k| (steps[k], chosen.len() - k))?;
         Some(chosen[longest] + steps[longest] / 2)
     }
 }
@@ -442,6 +471,140 @@ fn smoothed(values: &[f32], sigma: f32, closed: bool) -> Vec<f32> {
             k => values[k as usize],
         }
     };
-    let one = |k: isize| weights.iter().enumerate().map(|(tap, weight)| weight * at(k + tap as isize - radius as isize)).sum();
+    let one = |k: isize| {
+        weights.iter().enumerate().map(|(tap, weight)| weight * at(k + tap as isize - radius as isize)).sum()
+    };
     (0..count).map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SETTINGS: Tracing = Tracing { least_length: 8.0, widths: [1.0, 16.0], smoothing: 2.5 };
+
+    fn traced(width: usize, height: usize, mask: impl Fn(f32, f32) -> bool) -> Vec<Trace> {
+        let mask = Raster::from_fn(width, height, |x, y| mask(x as f32 + 0.5, y as f32 + 0.5));
+        let field = mask.map(|there| if there { 20.0f32 } else { 0.0 });
+        let found = trace(&mask, &field, &SETTINGS);
+        for trace in &found {
+            assert!((2..=POINTS[1]).contains(&trace.points.len()), "{} points", trace.points.len());
+            assert_eq!(trace.points.len(), trace.widths.len());
+        }
+        found
+    }
+
+    /// Distance of a place from a line between two others.
+    fn off([x, y]: [f32; 2], from: [f32; 2], to: [f32; 2]) -> f32 {
+        let along = difference(to, from);
+        let by = difference([x, y], from);
+        let part = ((by[0] * along[0] + by[1] * along[1]) / (along[0] * along[0] + along[1] * along[1]))
+            .clamp(0.0, 1.0);
+        length([by[0] - part * along[0], by[1] - part * along[1]])
+    }
+
+    #[test]
+    fn a_plus_is_two_strokes() {
+        let found = traced(81, 81, |x, y| {
+            let (dx, dy) = ((x - 40.5).abs(), (y - 40.5).abs());
+            dx.min(dy) < 2.0 && dx.max(dy) < 32.0
+        });
+        assert_eq!(found.len(), 2, "{found:?}");
+        assert!(found.iter().all(|trace| (60.0..72.0).contains(&trace.length)), "{found:?}");
+    }
+
+    #[test]
+    fn lines_that_cross_at_a_slant_stay_two() {
+        let ends = [([10.0, 20.0], [190.0, 60.0]), ([10.0, 60.0], [190.0, 20.0])];
+        let found = traced(200, 80, |x, y| ends.iter().any(|&(from, to)| off([x, y], from, to) < 1.6));
+        assert_eq!(found.len(), 2, "{found:?}");
+        for trace in &found {
+            let is_one =
+                ends.iter().any(|&(from, to)| trace.points.iter().all(|&point| off(point, from, to) < 4.0));
+            assert!(is_one && trace.length > 170.0, "{trace:?}");
+        }
+    }
+
+    #[test]
+    fn a_long_line_goes_on_over_gaps_with_contrast() {
+        let bow = |x: f32| 30.0 + 14.0 * libm::sinf(x / 70.0);
+        let gap = |x: f32| (x as usize % 60) < 6;
+        let mask = Raster::from_fn(240, 60, |x, y| {
+            let (x, y) = (x as f32 + 0.5, y as f32 + 0.5);
+            (10.0..230.0).contains(&x) && (y - bow(x)).abs() < 1.6 && !gap(x)
+        });
+        let weak =
+            Raster::from_fn(
+                240,
+                60,
+                |x, y| if (y as f32 + 0.5 - bow(x as f32)).abs() < 2.0 { 9.0f32 } else { 0.0 },
+            );
+        let one = trace(&mask, &weak, &SETTINGS);
+        assert_eq!(one.len(), 1, "{one:?}");
+        assert!((215.0..250.0).contains(&one[0].length), "{}", one[0].length);
+        let strong = mask.map(|there| if there { 9.0f32 } else { 0.0 });
+        assert_eq!(trace(&mask, &strong, &SETTINGS).len(), 4, "nothing in the gaps");
+    }
+
+    #[test]
+    fn a_wedge_begins_at_its_heavy_end() {
+        let found = traced(120, 30, |x, y| (10.0..110.0).contains(&x) && (y - 15.0).abs() < 0.06 * x);
+        assert_eq!(found.len(), 1);
+        let trace = &found[0];
+        assert!(
+            trace.points[0][0] > 90.0 && trace.points.last().is_some_and(|point| point[0] < 20.0),
+            "{trace:?}"
+        );
+        assert!(trace.widths[0] > 2.0 * trace.widths[trace.widths.len() - 1], "{:?}", trace.widths);
+    }
+
+    #[test]
+    fn widths_are_those_of_the_mask() {
+        for width in [1.0f32, 3.0, 6.0, 9.0] {
+            let found = traced(100, 40, |x, y| (20.0..80.0).contains(&x) && (y - 20.0).abs() <= 0.5 * width);
+            assert_eq!(found.len(), 1);
+            let middle = found[0].widths[found[0].widths.len() / 2];
+            assert!((middle - width).abs() < 1.1, "{middle} for {width}");
+        }
+    }
+
+    #[test]
+    fn a_blob_is_a_short_thick_stroke_and_a_crumb_nothing() {
+        let found =
+            traced(60, 40, |x, y| length([x - 20.0, y - 20.0]) < 7.0 || length([x - 50.0, y - 10.0]) < 1.6);
+        assert_eq!(found.len(), 1, "{found:?}");
+        let trace = &found[0];
+        assert!((1.2..2.6).contains(&(trace.length / trace.widths[1])), "{trace:?}");
+    }
+
+    #[test]
+    fn a_corner_is_two_strokes_and_a_ring_closes() {
+        let ell = traced(80, 80, |x, y| {
+            (x - 20.0).abs() < 2.0 && (18.0..70.0).contains(&y)
+                || (y - 20.0).abs() < 2.0 && (18.0..70.0).contains(&x)
+        });
+        assert_eq!(ell.len(), 2, "{ell:?}");
+        let ring = traced(80, 80, |x, y| (length([x - 40.0, y - 40.0]) - 25.0).abs() < 2.0);
+        assert_eq!(ring.len(), 1, "{ring:?}");
+        let (first, last) = (ring[0].points[0], ring[0].points[ring[0].points.len() - 1]);
+        assert!(length(difference(first, last)) < 2.0 && ring[0].length > 140.0, "{ring:?}");
+    }
+
+    #[test]
+    fn strokes_run_through_their_line() {
+        let wave = |x: f32| 40.0 + 22.0 * libm::sinf(x / 28.0);
+        let found = traced(260, 80, |x, y| (10.0..250.0).contains(&x) && (y - wave(x)).abs() < 2.2);
+        assert_eq!(found.len(), 1, "{found:?}");
+        assert!(found[0].points.len() > 7, "more points where it bends: {}", found[0].points.len());
+        let inner = &found[0].points[1..found[0].points.len() - 1];
+        assert!(inner.iter().all(|&[x, y]| (y - wave(x)).abs() < 2.5), "{inner:?}");
+    }
+
+    #[test]
+    fn nothing_gives_nothing() {
+        for (width, height) in [(0, 0), (1, 1), (30, 1)] {
+            assert_eq!(traced(width, height, |_, _| false), []);
+            let _ = traced(width, height, |_, _| true);
+        }
+    }
 }

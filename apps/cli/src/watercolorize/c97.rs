@@ -32,7 +32,7 @@ use super::work::{Material, Work};
 #[command(next_help_heading = "From mattes, as in Curtis et al. 1997")]
 pub struct C97Args {
     /// Folder of mattes: gray pictures, white where the region is, of the photograph's proportions; see `girtin mattes`
-    #[arg(long, value_name = "DIR", requires = "glazes", conflicts_with_all = ["preset", "palette", "contact_sheet", "stages", "reserve", "detail_map", "fidelity", "wetness", "washes"])]
+    #[arg(long, value_name = "DIR", requires = "glazes", conflicts_with_all = ["preset", "palette", "contact_sheet", "stages", "reserve", "detail_map", "wetness", "washes"])]
     pub mattes: Option<PathBuf>,
     /// What each matte is painted with, from the paper up: TOML with `format = 1`, and `[[matte]]` with `name` and `pigments`
     #[arg(long, value_name = "FILE", requires = "mattes")]

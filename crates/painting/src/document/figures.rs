@@ -27,6 +27,8 @@ pub struct Fill {
     pub water: f64,
     /// How much film and paint vary from place to place, 0 to 1.
     pub uneven: f64,
+    /// How far pigments part from each other, 0 to 1, so that hues shift within a shape, as when a brush is charged anew.
+    pub charged: f64,
     /// Over how many millimetres they do.
     pub uneven_scale_mm: f64,
     /// How strongly paint gathers along crisp contours, 0 to 2; it does so here more and there less.
@@ -188,6 +190,7 @@ impl Fill {
             figures: figures.unwrap_or_default(),
             water: table.real("water", 0.0..=100.0)?.unwrap_or(0.45),
             uneven: table.real("uneven", 0.0..=1.0)?.unwrap_or(0.0),
+            charged: table.real("charged", 0.0..=1.0)?.unwrap_or(0.0),
             uneven_scale_mm: table.real("uneven_scale", 0.1..=1000.0)?.unwrap_or(12.0),
             rim: table.real("rim", 0.0..=2.0)?.unwrap_or(1.0),
             edges: edges.unwrap_or_default(),
@@ -210,6 +213,7 @@ impl Fill {
         };
         tree.with("water", self.water)
             .with("uneven", self.uneven)
+            .with("charged", self.charged)
             .with("uneven_scale", self.uneven_scale_mm)
             .with("rim", self.rim)
             .with("figures", Node::List(self.figures.iter().map(filled).collect()))

@@ -7,8 +7,12 @@ use super::{Line, difference, length, point, turn};
 
 /// A branch with a free end is a spur of the outline, no line, up to so many half widths and cells long.
 const SPUR: [f32; 2] = [1.5, 1.0];
-/// Two forks are one crossing when so many half widths and cells apart: lines that cross at a slant share their middle.
+/// Two forks are one crossing when so many half widths and cells apart.
 const CROSSING: [f32; 2] = [1.6, 3.0];
+/// The same where two lines at each fork go on along the branch between, up to so much aslant, radians: lines that cross at a
+/// slant share their middle.
+const SLANTING: [f32; 2] = [4.0, 6.0];
+const ASLANT: f32 = 0.55;
 /// How far a branch is followed to see where it points, half widths, and at least and at most cells.
 const AIM: [f32; 3] = [3.0, 6.0, 14.0];
 /// How far two lines may turn to be one, radians: at a fork, and where nothing else goes on from it.
@@ -25,75 +29,126 @@ const ALIKE: f32 = 3.0;
 
 /// Lines as long as they go on: branches joined at their forks.
 pub(super) fn joined(found: Branches, half_widths: &Raster<f32>) -> Vec<Vec<[u32; 2]>> {
-    let Branches { branches, forks } = found;
-    let thick = |cell: &[u32; 2]| half_widths.at(cell[0] as usize, cell[1] as usize);
-    let mut thickness = vec![0.0f32; forks];
-    for branch in &branches {
-        for (fork, cell) in branch.forks.iter().zip([branch.cells.first(), branch.cells.last()]) {
-            if let (Some(fork), Some(cell)) = (fork, cell) {
-                thickness[*fork] = thickness[*fork].max(thick(cell));
-            }
-        }
-    }
-    // Short branches between two forks make them one.
-    let mut same: Vec<usize> = (0..forks).collect();
-    let is_short = |branch: &Branch, [widths, cells]: [f32; 2], fork: usize| {
-        (branch.cells.len() as f32) < widths * thickness[fork] + cells
-    };
-    let mut is_kept = vec![true; branches.len()];
-    for (branch, kept) in branches.iter().zip(&mut is_kept) {
-        match branch.forks {
-            [Some(a), Some(b)] if is_short(branch, CROSSING, a) => {
-                let (a, b) = (root(&same, a), root(&same, b));
-                same[a.max(b)] = a.min(b);
-                *kept = false;
-            }
-            [Some(fork), None] | [None, Some(fork)] if is_short(branch, SPUR, fork) => *kept = false,
-            _ => {}
-        }
-    }
-    // An end is twice its branch's number, and one more where the branch ends.
-    let mut ends_at = vec![Vec::new(); forks];
-    for (number, branch) in branches.iter().enumerate().filter(|&(number, _)| is_kept[number]) {
-        for (side, fork) in branch.forks.iter().enumerate() {
-            if let Some(fork) = fork {
-                ends_at[root(&same, *fork)].push(2 * number + side);
-            }
-        }
-    }
-    let mut partner: Vec<Option<usize>> = vec![None; 2 * branches.len()];
-    for (fork, ends) in ends_at.iter().enumerate() {
-        let reach = (AIM[0] * thickness[fork]).clamp(AIM[1], AIM[2]) as usize;
-        let skipped = (0.7 * thickness[fork]) as usize;
-        let most = if ends.len() == 2 { ALONE } else { STRAIGHT };
-        let mut pairs = Vec::new();
-        for (k, &a) in ends.iter().enumerate() {
-            for &b in &ends[k + 1..] {
-                let [from, into] = aim(&branches[a / 2], a % 2, skipped, reach);
-                let [to, out] = aim(&branches[b / 2], b % 2, skipped, reach);
-                let away = [-out[0], -out[1]];
-                let mut bend = turn(into, away);
-                let across = difference(to, from);
-                if length(across) > 2.0 {
-                    bend = bend.max(0.5 * (turn(into, across) + turn(across, away)));
-                }
-                if bend < most && a / 2 != b / 2 {
-                    pairs.push((bend, a, b));
-                }
-            }
-        }
-        pairs.sort_by(|p, q| p.0.total_cmp(&q.0).then((p.1, p.2).cmp(&(q.1, q.2))));
-        for (_, a, b) in pairs {
-            if partner[a].is_none() && partner[b].is_none() {
-                (partner[a], partner[b]) = (Some(b), Some(a));
-            }
-        }
-    }
+    let forks = Forks::of(&found, half_widths);
+    let (same, is_kept) = forks.cleared();
+    let partner = forks.partners(&same, &is_kept);
     let cells = |end: usize| {
-        let cells = branches[end / 2].cells.iter().copied();
+        let cells = found.branches[end / 2].cells.iter().copied();
         if end.is_multiple_of(2) { cells.collect::<Vec<_>>() } else { cells.rev().collect() }
     };
     chains(&partner, &is_kept).into_iter().map(|chain| chain.into_iter().flat_map(cells).collect()).collect()
+}
+
+/// Where branches meet. An end is twice its branch's number, and one more where the branch ends.
+struct Forks<'a> {
+    branches: &'a [Branch],
+    /// Half width of the mask at each fork, cells.
+    thickness: Vec<f32>,
+    ends_at: Vec<Vec<usize>>,
+}
+
+impl<'a> Forks<'a> {
+    fn of(found: &'a Branches, half_widths: &Raster<f32>) -> Self {
+        let mut thickness = vec![0.0f32; found.forks];
+        let mut ends_at = vec![Vec::new(); found.forks];
+        for (number, branch) in found.branches.iter().enumerate() {
+            for (side, cell) in [branch.cells.first(), branch.cells.last()].into_iter().enumerate() {
+                if let (Some(fork), Some(&[x, y])) = (branch.forks[side], cell) {
+                    thickness[fork] = thickness[fork].max(half_widths.at(x as usize, y as usize));
+                    ends_at[fork].push(2 * number + side);
+                }
+            }
+        }
+        Self { branches: &found.branches, thickness, ends_at }
+    }
+
+    /// How far a branch is followed from a fork, cells.
+    fn reach(&self, fork: usize) -> usize {
+        (AIM[0] * self.thickness[fork]).clamp(AIM[1], AIM[2]) as usize
+    }
+
+    fn is_short(&self, branch: &Branch, [widths, cells]: [f32; 2], fork: usize) -> bool {
+        (branch.cells.len() as f32) < widths * self.thickness[fork] + cells
+    }
+
+    /// Whether two lines go on from a fork along the branch that comes there.
+    fn is_shared(&self, end: usize, fork: usize) -> bool {
+        let aim = |end: usize| aim(&self.branches[end / 2], end % 2, 0, self.reach(fork))[1];
+        let into = aim(end);
+        let goes_on =
+            |&&other: &&usize| other / 2 != end / 2 && turn(into, aim(other).map(|part| -part)) < ASLANT;
+        self.ends_at[fork].iter().filter(goes_on).count() > 1
+    }
+
+    /// The forks that are one crossing, each with one before it or itself, and which branches are lines.
+    fn cleared(&self) -> (Vec<usize>, Vec<bool>) {
+        let mut same: Vec<usize> = (0..self.ends_at.len()).collect();
+        let mut is_kept = vec![true; self.branches.len()];
+        for (number, branch) in self.branches.iter().enumerate() {
+            match branch.forks {
+                [Some(a), Some(b)] => {
+                    let is_crossing = self.is_short(branch, CROSSING, a)
+                        || self.is_short(branch, SLANTING, a)
+                            && self.is_shared(2 * number, a)
+                            && self.is_shared(2 * number + 1, b);
+                    if is_crossing {
+                        let (a, b) = (root(&same, a), root(&same, b));
+                        same[a.max(b)] = a.min(b);
+                        is_kept[number] = false;
+                    }
+                }
+                [Some(fork), None] | [None, Some(fork)] => {
+                    is_kept[number] = !self.is_short(branch, SPUR, fork);
+                }
+                [None, None] => {}
+            }
+        }
+        (same, is_kept)
+    }
+
+    /// The end that each end goes on from, the straightest first.
+    fn partners(&self, same: &[usize], is_kept: &[bool]) -> Vec<Option<usize>> {
+        let mut meeting = vec![Vec::new(); same.len()];
+        for (fork, ends) in self.ends_at.iter().enumerate() {
+            meeting[root(same, fork)].extend(ends.iter().copied().filter(|end| is_kept[end / 2]));
+        }
+        let mut pairs = Vec::new();
+        for (fork, ends) in meeting.iter().enumerate() {
+            let most = if ends.len() == 2 { ALONE } else { STRAIGHT };
+            for (k, &a) in ends.iter().enumerate() {
+                for &b in &ends[k + 1..] {
+                    let bend = self.bend(a, b, fork);
+                    if bend < most && a / 2 != b / 2 {
+                        pairs.push((bend, a, b));
+                    }
+                }
+            }
+        }
+        paired(pairs, 2 * self.branches.len())
+    }
+
+    /// How far a line turns that comes to a fork at one end and goes on at another, radians.
+    fn bend(&self, a: usize, b: usize, fork: usize) -> f32 {
+        let skipped = (0.7 * self.thickness[fork]) as usize;
+        let [[from, into], [to, out]] =
+            [a, b].map(|end| aim(&self.branches[end / 2], end % 2, skipped, self.reach(fork)));
+        let away = out.map(|part| -part);
+        let (bend, across) = (turn(into, away), difference(to, from));
+        // Two lines side by side do not continue each other, though they point the same way.
+        if length(across) > 2.0 { bend.max(0.5 * (turn(into, across) + turn(across, away))) } else { bend }
+    }
+}
+
+/// Partners among so many ends, from pairs and what each costs: the cheapest first.
+fn paired(mut pairs: Vec<(f32, usize, usize)>, ends: usize) -> Vec<Option<usize>> {
+    pairs.sort_by(|p, q| p.0.total_cmp(&q.0).then((p.1, p.2).cmp(&(q.1, q.2))));
+    let mut partner = vec![None; ends];
+    for (_, a, b) in pairs {
+        if partner[a].is_none() && partner[b].is_none() {
+            (partner[a], partner[b]) = (Some(b), Some(a));
+        }
+    }
+    partner
 }
 
 fn root(same: &[usize], mut fork: usize) -> usize {
@@ -177,14 +232,16 @@ pub(super) fn bridged(lines: Vec<Line>, field: &Raster<f32>, reach: f32) -> Vec<
             // Over a gap of a cell or two the gap itself points anywhere.
             let loose = OVER_GAP * if across < 3.0 { 2.0 } else { 1.0 };
             let bend = turn(ends[a].into, gap).max(turn(gap, away));
-            let (thin, thick) = (mean_widths[a / 2].min(mean_widths[b / 2]), mean_widths[a / 2].max(mean_widths[b / 2]));
+            let (thin, thick) =
+                (mean_widths[a / 2].min(mean_widths[b / 2]), mean_widths[a / 2].max(mean_widths[b / 2]));
             if bend > loose || turn(ends[a].into, away) > OVER_GAP || thick > ALIKE * thin {
                 continue;
             }
             let weaker = contrasts[a / 2].min(contrasts[b / 2]);
             let steps = across.max(1.0) as usize;
             let at = |step: usize| {
-                let part = (step as f32 + 0.5) / steps as f32;
+                // Its ends are the lines' own.
+                let part = 0.25 + 0.5 * (step as f32 + 0.5) / steps as f32;
                 field.sample(ends[a].place[0] + part * gap[0], ends[a].place[1] + part * gap[1])
             };
             if (0..steps).map(at).sum::<f32>() < CONTRAST_IN_GAP * weaker * steps as f32 {
@@ -193,13 +250,7 @@ pub(super) fn bridged(lines: Vec<Line>, field: &Raster<f32>, reach: f32) -> Vec<
             pairs.push((across * (1.0 + bend), a, b));
         }
     }
-    pairs.sort_by(|p, q| p.0.total_cmp(&q.0).then((p.1, p.2).cmp(&(q.1, q.2))));
-    let mut partner = vec![None; ends.len()];
-    for (_, a, b) in pairs {
-        if partner[a].is_none() && partner[b].is_none() {
-            (partner[a], partner[b]) = (Some(b), Some(a));
-        }
-    }
+    let partner = paired(pairs, ends.len());
     let parts = |chain: Vec<usize>| {
         let mut all = Line { closed: chain.len() == 1 && lines[chain[0] / 2].closed, ..Line::default() };
         for end in chain {

@@ -43,7 +43,8 @@ impl Skeleton {
         }
         let cells = (0..there.len()).filter(|&cell| there[cell]).collect();
         let mut skeleton = Self { stride, there, cells };
-        let tables: [[bool; 256]; 2] = [false, true].map(|second| core::array::from_fn(|around| is_outer(around as u8, second)));
+        let tables: [[bool; 256]; 2] =
+            [false, true].map(|second| core::array::from_fn(|around| is_outer(around as u8, second)));
         let mut gone = Vec::new();
         loop {
             let before = skeleton.cells.len();
@@ -138,7 +139,11 @@ impl Skeleton {
         };
         let begin = forks_at(first).next();
         // A single cell between two forks ends at the other one.
-        let end = if path.len() > 1 { forks_at(last).next() } else { forks_at(last).find(|&fork| Some(fork) != begin) };
+        let end = if path.len() > 1 {
+            forks_at(last).next()
+        } else {
+            forks_at(last).find(|&fork| Some(fork) != begin)
+        };
         let place = |cell: &usize| [(cell % self.stride - 1) as u32, (cell / self.stride - 1) as u32];
         Branch {
             cells: path.iter().map(place).collect(),
