@@ -14,7 +14,7 @@ const TOOTH: [f32; 2] = [0.8, 0.6];
 const PITS: [f32; 2] = [-0.5, 0.85];
 
 /// How amounts follow pits: those above a place's rank settle in it, some in specks, more so in clumps.
-const BY_PITS: f32 = 0.24;
+const BY_PITS: f32 = 0.16;
 const BY_SPECKS: f32 = 0.26;
 const BY_CLUMPS: f32 = 0.12;
 /// From which rank of pits on there are specks, where grains are scarce, and how much lower where they clump.
@@ -102,7 +102,8 @@ impl Surface {
         let gathering = ((clump - 0.2) / 0.8).clamp(0.0, 1.0);
         let from = SPECKS_FROM[0] - SPECKS_FROM[1] * gathering * gathering * (3.0 - 2.0 * gathering);
         let specks = ((pit - from) / 0.2).clamp(0.0, 1.0);
-        let more = BY_PITS * (pit - 0.5) + BY_SPECKS * specks - 0.02 + BY_CLUMPS * (clump - 0.5);
+        let more = (0.45 + 1.1 * clump) * (BY_PITS * (pit - 0.5) + BY_SPECKS * specks - 0.015)
+            + BY_CLUMPS * (clump - 0.5);
         (1.0 + granulation * more).clamp(GRAIN[0], GRAIN[1])
     }
 }

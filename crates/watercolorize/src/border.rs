@@ -15,7 +15,7 @@ const INSET: [f32; 2] = [0.008, 0.055];
 const STRAYS: (f32, f64) = (0.007, 0.025);
 const DECKLE: (f32, f64) = (0.004, 0.008);
 /// Brush marks that end a shape: how many, and their least and most length and width, parts of the long edge.
-const MARKS: usize = 34;
+const MARKS: usize = 22;
 const LENGTHS: [f32; 2] = [0.03, 0.12];
 const WIDTHS: [f32; 2] = [0.010, 0.030];
 /// Corners of a taped sheet that stay open: how far along and how far in, parts of the long edge.
@@ -96,7 +96,7 @@ fn stroked(painted: &mut Raster<bool>, study: &Study, marks: usize, chance: &mut
         let [x, y] = rim[((chance.unit() * rim.len() as f32) as usize).min(rim.len() - 1)];
         let coherent = study.texture.coherence.at(x, y) > 0.5;
         let own = if coherent { study.texture.direction.at(x, y) } else { 0.0 };
-        let angle = own + chance.spread(0.22);
+        let angle = own + chance.spread(0.4);
         let (length, wide) = (s * chance.between(LENGTHS), s * chance.between(WIDTHS));
         let way = if chance.unit() < 0.5 { 1.0 } else { -1.0 };
         let (cos, sin) = (libm::cosf(angle), libm::sinf(angle));

@@ -38,9 +38,9 @@ const RUN_ASIDE: f64 = 0.015;
 const LEFT_OUT: f32 = 1.7;
 
 /// Turns below this are rounded a little, radians: by at most this part of a run, and parts of the long edge.
-const BLUNT: f32 = 0.7;
+const BLUNT: f32 = 0.95;
 const ROUNDED: f32 = 0.22;
-const ROUNDING: f64 = 0.003;
+const ROUNDING: f64 = 0.0045;
 
 /// A run is a bow if it rises by more than this part of the straying, if what is left is less than this part of its rise,
 /// and if it turns by less than this at its ends, radians.

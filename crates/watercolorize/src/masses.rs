@@ -44,10 +44,10 @@ const GROWTH: f32 = 0.2;
 
 /// Cost up to which masses merge, Lab: where the eye rests, less where it rests most, more where it does not, there more
 /// if all is calm, and in foliage.
-const TOLERANCE: f32 = 9.0;
+const TOLERANCE: f32 = 7.5;
 const LESS_AT_FOCUS: f32 = 2.0;
 const FOCUS: [f32; 2] = [0.8, 1.0];
-const MORE_ASIDE: f32 = 7.5;
+const MORE_ASIDE: f32 = 11.0;
 const ASIDE_GROWTH: f32 = 1.2;
 const MORE_IN_CALM: f32 = 3.5;
 const MORE_IN_FOLIAGE: f32 = 4.0;
@@ -63,7 +63,7 @@ const LINE_DIFFERS_IN_FOLIAGE: f32 = 14.0;
 /// Area below which a mass is a crumb, parts of the long edge squared; more where nobody looks, less if it differs by more
 /// than so much, Lab.
 const CRUMB: f32 = 1.4e-4;
-const CRUMB_ASIDE: f32 = 9e-4;
+const CRUMB_ASIDE: f32 = 1.5e-3;
 const CRUMB_GROWTH: f32 = 1.3;
 const STRIKING: f32 = 26.0;
 const STRIKING_CRUMB: f32 = 0.45;

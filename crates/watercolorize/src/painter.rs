@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::accents::lights;
 use crate::border::border;
 use crate::contours::around;
-use crate::edges::Edges;
+use crate::edges::{Edges, gaps};
 use crate::mixing::{glazed, linear, over, stored as stored_amounts};
 use crate::mount::{Mount, Mounting, PAPER};
 use crate::palette::{Cluster, choose};
@@ -247,7 +247,9 @@ impl<'a> Planner<'a> {
         let texture = &study.texture;
         let most = (MOST_LIGHTS * params.lights) as usize;
         let kept = lights(&fine, &chroma, &study.attention, &texture.foliage, &study.face, &plain, &found.sky, s, most);
+        let left = gaps(study, &shapes, &labels, params, seed);
         shapes.extend(kept.iter().map(|light| Shape::bare(vec![outline(light)])));
+        shapes.extend(left.into_iter().map(|gap| Shape::bare(vec![gap])));
         if let Some(reserve) = request.reserve {
             let size = study.mount.photo;
             let reserve = resized_plane(reserve, size[0], size[1]);

@@ -15,12 +15,12 @@ use crate::tracer::{Trace, Tracing, trace};
 pub const MOST_ACCENTS: f64 = 105.0;
 const MOST_INNER: f64 = 120.0;
 const MOST_TEXTURE: f64 = 60.0;
-const MOST_DRAGGED: f64 = 9.0;
+const MOST_DRAGGED: f64 = 6.0;
 const MOST_INK: f64 = 260.0;
 
 /// How much darker than its shape a place is from which on it is worth a tone of its own, Lab L: always, where nobody looks,
 /// and in foliage.
-const INNER: [f32; 3] = [4.5, 6.0, 12.0];
+const INNER: [f32; 3] = [4.5, 13.0, 12.0];
 /// Widths of inner tones, and their least length, parts of the long edge.
 const INNER_WIDTHS: [f64; 2] = [0.0028, 0.022];
 const INNER_LENGTH: [f32; 2] = [0.014, 0.03];
@@ -297,7 +297,8 @@ impl Sheet<'_> {
             let seen = study.attention.sample(place[0], place[1]);
             let face = study.face.sample(place[0], place[1]);
             let tone = self.color_at(place)[0];
-            let wanted = rough * (1.0 - 0.9 * seen);
+            let coherent = smoothstep(study.texture.coherence.sample(place[0], place[1]), 0.3, 0.6);
+            let wanted = smoothstep(rough, 0.35, 0.8) * coherent * (1.0 - seen) * (1.0 - seen);
             if chance.unit() > wanted || face > 0.0 || !(42.0..88.0).contains(&tone) || self.is_bare(place) {
                 continue;
             }
@@ -337,7 +338,8 @@ impl Sheet<'_> {
             let mut gesture = Gesture::new(points, widths, color);
             gesture.chisel = Some(chance.spread(25.0));
             gesture.dry = [chance.between([0.0, 0.35]), chance.between([0.8, 0.95]), chance.between([0.1, 0.4])];
-            gesture.bristles = [chance.between([0.7, 1.4]), chance.between([18.0, 30.0]), 0.45];
+            gesture.bristles = [chance.between([0.9, 1.6]), chance.between([22.0, 36.0]), 0.85];
+            gesture.drag = [0.6, 0.5 * wide / study.mount.cells_per_mm as f32];
             gestures.push(gesture);
         }
         gestures

@@ -20,7 +20,7 @@ const RIM_MM: f32 = 0.42;
 /// How much less paint there is at the end than at the beginning, as the brush empties.
 const FADE: f32 = 0.12;
 /// How softly a dry brush stops to touch, in ranks of the tooth.
-const TOUCH: f32 = 0.06;
+const TOUCH: f32 = 0.09;
 
 /// What a mark leaves at a place.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -159,6 +159,8 @@ impl PlannedMark {
         let streaks =
             if is_streaked { self.noise2(away / streak_mm.max(0.05), along / streak_length.max(0.5)) } else { 0.0 };
         let strength = strength as f32;
+        // Where bristles part, the paper has less of a say.
+        let tooth = 0.5 + (tooth - 0.5) * (1.0 - 0.65 * strength.min(1.0));
         let mut dryness = begin + (end - begin) * libm::powf(smoothstep(from.min(0.999), 1.0, s), 1.2);
         dryness += strength * streaks * smoothstep(0.0, 0.35, dryness + 0.12);
         let [drag, drag_mm] = mark.drag.map(|x| x as f32);
