@@ -309,7 +309,7 @@ fn presets_palettes_and_parameters() {
         let line = format!("watercolorize photo.png no.png --dry-run --json {options}");
         folder.run(&line).fine().json()["parameters"].clone()
     };
-    assert_eq!(plan("--preset loose --fidelity 0.9 --wetness 2")["fidelity"], 0.9);
+    assert_eq!(plan("--preset loose --washes 2 --wetness 2")["washes"], 2);
     assert_eq!(plan("--set edge-threshold=2 --set ink=0.5")["edge_threshold"], 2.0);
     let cells = |options: &str| plan(options)["plan_cells"].as_u64().unwrap();
     assert!(cells("--detail low") < cells("") && cells("") < cells("--detail high"));
@@ -322,7 +322,10 @@ fn every_preset_is_on_a_contact_sheet() {
     let told = folder.run(line).fine().json();
     let paintings = told["paintings"].as_array().unwrap();
     let presets: Vec<&str> = paintings.iter().map(|painting| painting["preset"].as_str().unwrap()).collect();
-    assert_eq!(presets, ["classic", "loose", "wet-in-wet", "detailed", "pen", "monochrome"]);
+    assert_eq!(
+        presets,
+        ["classic", "loose", "wet-in-wet", "detailed", "urban", "botanical", "monochrome", "nocturne"]
+    );
     let (width, height) = png_size(&folder.read("sheet.png"));
     assert!(width > 2 * 40 && height > 2 * 27, "{width} × {height}");
     paint(&folder, "photo.png small.png --preview").fine();

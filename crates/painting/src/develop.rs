@@ -8,8 +8,8 @@ use rayon::prelude::*;
 
 use crate::area::Canvas;
 use crate::composite::print;
-use crate::dried::Dried;
 use crate::drawing::BARE;
+use crate::dried::Dried;
 use crate::fill::SampleRow;
 use crate::resolve::{PlannedFigures, PlannedGlaze, PlannedOutline, PlannedSheet};
 use crate::spline::{Blend, around, spline};
@@ -251,7 +251,9 @@ impl<'a> Drawn<'a> {
                 let mut over: Vec<LinearRgb> = ground[begin..end].to_vec();
                 let parts: Vec<&[f32]> = amounts.iter().map(|row| &row[begin..end]).collect();
                 glaze_row(&glaze.paints, &parts, &mut over);
-                for ((ground, over), covered) in ground[begin..end].iter_mut().zip(&over).zip(&covered[begin..end]) {
+                for ((ground, over), covered) in
+                    ground[begin..end].iter_mut().zip(&over).zip(&covered[begin..end])
+                {
                     let covered = f64::from(*covered);
                     for (below, above) in ground.0.iter_mut().zip(over.0) {
                         *below += covered * (above - *below);

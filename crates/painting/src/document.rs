@@ -46,8 +46,8 @@ use crate::wash_settings::read_model;
 mod figures;
 mod write;
 
-pub use figures::{EdgeStretch, Figure, Fill, FilledFigure, Graded, MAX_FIGURES, Mark};
 use figures::read_amounts;
+pub use figures::{EdgeStretch, Figure, Fill, FilledFigure, Graded, MAX_FIGURES, Mark};
 
 /// Version of the format that this library writes about and reads.
 pub const FORMAT: u32 = 1;

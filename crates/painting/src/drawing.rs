@@ -27,7 +27,7 @@ struct Edges {
 /// A contour is redrawn in pieces of this length, mm.
 const PIECE_MM: f64 = 0.5;
 /// How far a hand strays, mm, and over which lengths, mm: slowly, and as the paper's tooth holds the brush.
-const STRAYS: [(f64, f64); 2] = [(0.5, 11.0), (0.28, 1.7)];
+const STRAYS: [(f64, f64); 2] = [(0.6, 11.0), (0.5, 2.2)];
 /// Over which length it is steady or not, mm.
 const STEADY_MM: f64 = 24.0;
 
@@ -46,7 +46,7 @@ impl Hand {
     }
 
     fn at(&self, place: [f64; 2]) -> [f64; 2] {
-        let loose = (0.5 + 1.8 * self.steady.gradient(place.map(|mm| mm / STEADY_MM))).clamp(0.1, 1.0);
+        let loose = (0.5 + 1.8 * self.steady.gradient(place.map(|mm| mm / STEADY_MM))).clamp(0.2, 1.0);
         let stray = |axis: usize| -> f64 {
             let of = |(noise, (mm, over)): (&[Noise; 2], &(f64, f64))| {
                 mm * noise[axis].gradient(place.map(|mm| mm / over))
@@ -92,9 +92,12 @@ impl Drawing {
             let mut edges = Vec::new();
             for ring in figure.rings.iter().map(|ring| drawn(ring)) {
                 let next = ring.iter().cycle().skip(1);
-                edges.extend(ring.iter().zip(next).filter(|(a, b)| a[1] != b[1]).map(|(&a, &b)| {
-                    if a[1] < b[1] { [a, b] } else { [b, a] }
-                }));
+                edges.extend(
+                    ring.iter()
+                        .zip(next)
+                        .filter(|(a, b)| a[1] != b[1])
+                        .map(|(&a, &b)| if a[1] < b[1] { [a, b] } else { [b, a] }),
+                );
             }
             let rows = edges.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [a, b]| {
                 [low.min(a[1]), high.max(b[1])]
@@ -157,10 +160,10 @@ mod tests {
 
     #[test]
     fn the_last_figure_drawn_has_the_place_and_holes_are_open() {
-        let drawing = Drawing::new(&[
-            Figure { rings: vec![square(-3.0, 8.0)] },
+        let drawing = Drawing::exact(&[
+            Figure { rings: vec![square(0.0, 8.0)] },
             Figure { rings: vec![square(2.0, 7.0), square(4.0, 6.0)] },
-        ], 1);
+        ]);
         let labels = drawing.labels(10, 10, 1.0, [0.0, 0.0]);
         let row: Vec<u16> = labels.row(4).to_vec();
         assert_eq!(row, [1, 1, 2, 2, 1, 1, 2, 1, 0, 0]);

@@ -27,6 +27,8 @@ const STRAYS: [(f32, f64); 2] = [(0.38, 7.0), (0.05, 1.6)];
 /// Unevenness goes so many deviations at most: what dries first would draw a star into the rest.
 const MOST_UNEVEN: f32 = 1.5;
 
+/// Cosine and sine of the direction that washes are laid in, and how many times as far they are even along it.
+const BRUSHED: [f64; 3] = [0.97, -0.24, 2.8];
 /// How uneven paint is as against water.
 const PAINT_UNEVEN: f32 = 0.5;
 /// Over how many times the length of unevenness pigments part.
@@ -163,9 +165,19 @@ impl PlannedFill {
             let painted = (0..SAMPLES * SAMPLES).map(label).filter(|&label| is_painted(label));
             painted.max().unwrap_or(BARE)
         });
+        // A seam of dry cells parts two families.
+        let family = |x: usize, y: usize| match of_cell.row(y)[x].checked_sub(1) {
+            Some(figure) => paints[usize::from(figure)].as_ref().map_or(0, |paint| paint.family),
+            None => 0,
+        };
+        let is_seam = |x: usize, y: usize| {
+            let own = family(x, y);
+            let parts = |other: u16| own != 0 && other != 0 && own != other;
+            (x + 1 < width && parts(family(x + 1, y))) || (y + 1 < height && parts(family(x, y + 1)))
+        };
         let wet = Raster::by_rows(width, height, |x, y| {
             let fades = fading.as_ref().map_or((0.0, 0.0), |fading| fading.row(y)[x]);
-            of_cell.row(y)[x] != BARE || (fades.0 > 0.3 && fades.1 > 0.01)
+            (of_cell.row(y)[x] != BARE || (fades.0 > 0.3 && fades.1 > 0.01)) && !is_seam(x, y)
         });
         let carried = carried_on(&of_cell, &wet, BEYOND);
         let cell = |x: usize, y: usize| {
@@ -178,7 +190,7 @@ impl PlannedFill {
             if uneven <= 0.0 || !wet.row(y)[x] {
                 return 0.0;
             }
-            let at = place(x, y).map(|mm| mm / scale);
+            let at = brushed(place(x, y)).map(|mm| mm / scale);
             (3.2 * noise.fbm(at, Fractal { octaves: 3, gain: 0.45 }) as f32).clamp(-MOST_UNEVEN, MOST_UNEVEN)
         });
         let whole = |amount: Raster<f32>| Coverage { x: 0, y: 0, amount };
@@ -198,6 +210,7 @@ impl PlannedFill {
                 if charged <= 0.0 {
                     return 1.0;
                 }
+                let [x, y] = brushed([x, y]);
                 let at = [x / (CHARGED * scale) + 17.3 * pigment as f64, y / (CHARGED * scale)];
                 let n = 2.6 * noise.fbm(at, Fractal { octaves: 2, gain: 0.4 }) as f32;
                 (1.0 + charged * n.clamp(-MOST_UNEVEN, MOST_UNEVEN)).max(0.15)
@@ -367,10 +380,11 @@ impl PlannedFill {
             return 1.0;
         }
         // Streaks, fjords and islands: a belt of even dots is a seam.
-        let fjords = noise(x / 2.6 + 23.0, y / 2.6) + 0.8 * noise(x / 0.9 + 37.0, y / 0.9);
-        let ragged = 0.1 * noise(x / 6.0, y / 0.6 + 53.0) + 0.2 * fjords;
-        let dryness =
-            libm::powf((1.0 - part).clamp(0.0, 1.0), 0.9) + ragged * smoothstep(1.3, 0.3, part);
+        let fjords = noise(x / 4.2 + 23.0, y / 3.2) + 0.8 * noise(x / 1.9 + 37.0, y / 1.5);
+        let ragged = 0.12 * noise(x / 9.0, y / 0.9 + 53.0) + 0.26 * fjords;
+        // What is wider than the tooth decides, or an edge is a belt of dots.
+        let tooth = 0.5 + 0.5 * (tooth - 0.5);
+        let dryness = libm::powf((1.0 - part).clamp(0.0, 1.0), 0.9) + ragged * smoothstep(1.3, 0.3, part);
         smoothstep(-0.06, 0.06, tooth - dryness)
     }
 
@@ -384,9 +398,15 @@ impl PlannedFill {
         let strong = gathers * (RIM[0] + RIM[1] * lee + RIM[2] * chance).clamp(0.0, 2.0);
         let d = d.max(0.0);
         // What gathers comes from behind.
-        let behind = 0.16 * strong.min(0.5) * smoothstep(4.0 * RIM_MM, RIM_MM, d) * smoothstep(0.0, RIM_MM, d);
+        let behind =
+            0.16 * strong.min(0.5) * smoothstep(4.0 * RIM_MM, RIM_MM, d) * smoothstep(0.0, RIM_MM, d);
         1.0 + strong * libm::expf(-d / RIM_MM) - behind
     }
+}
+
+/// Where a place is to unevenness: a wash is laid in strokes across the sheet, and is even along them.
+fn brushed([x, y]: [f64; 2]) -> [f64; 2] {
+    [(BRUSHED[0] * x + BRUSHED[1] * y) / BRUSHED[2], BRUSHED[0] * y - BRUSHED[1] * x]
 }
 
 /// The labels of a wash carried on into cells that water reaches, and so many beyond.

@@ -110,8 +110,7 @@ fn covered(event: &Event, size: [usize; 2], cells_per_mm: f64) -> u64 {
 
 /// Cells that become wet in a glaze, at most.
 pub(crate) fn wet_cells(glaze: &Glaze, size: [usize; 2], cells_per_mm: f64) -> u64 {
-    let wets =
-        |event: &&Event| {
+    let wets = |event: &&Event| {
         matches!(event, Event::Wet { .. } | Event::Brush { .. } | Event::Fill(_) | Event::Moisten { .. })
     };
     let wet = glaze.events.iter().filter(wets).map(|event| covered(event, size, cells_per_mm));

@@ -167,12 +167,12 @@ pub fn paint_glaze(
         }
     };
     let (state, balances) = simulate(sheet, &plan, index, config, &progress)?;
+    let marked = plan.figures.as_ref().map_or_else(Vec::new, |figures| figures.marked(sheet.cells_per_mm));
     let names = glaze.pigments.iter().zip(balances).zip(state.pigment_totals());
-    let pigments = names.map(|((name, [laid, lifted]), total)| PigmentBalance {
-        name: name.clone(),
-        laid,
-        lifted,
-        total,
+    let pigments = names.enumerate().map(|(pigment, ((name, [laid, lifted]), total))| {
+        // Marks lie where they are made.
+        let marked = marked.get(pigment).copied().unwrap_or(0.0);
+        PigmentBalance { name: name.clone(), laid: laid + marked, lifted, total: total + marked }
     });
     let paper = (!sheet.samples_are_cells).then_some(&sheet.height);
     let laid = if plan.outline.is_some() { laid_by(&plan, &sheet.height) } else { Vec::new() };

@@ -9,11 +9,11 @@ use girtin_paper::{HeightSource, Sheet};
 use girtin_params::Place;
 use girtin_wash::{Ledger, PigmentHandling, WashModel};
 
+use crate::area::{Area, Canvas, Coverage, Shape, TAPER_MM};
 use crate::brush::PlannedMark;
+use crate::document::{Document, Event, Glaze, MapName, Outline, Stock};
 use crate::drawing::Drawing;
 use crate::fill::PlannedFill;
-use crate::area::{Area, Canvas, Coverage, Shape, TAPER_MM};
-use crate::document::{Document, Event, Glaze, MapName, Outline, Stock};
 use crate::map_file::MapError;
 use crate::maps::{MapFault, Maps};
 use crate::memory;
@@ -91,6 +91,29 @@ pub struct PlannedFigures {
     pub marks: Vec<PlannedMark>,
     /// How strongly each pigment granulates: grain comes as the wash dries, from the paper at the picture's resolution.
     pub grain: Vec<f32>,
+}
+
+impl PlannedFigures {
+    /// How much of each pigment its marks leave, in amounts of a cell, so many a millimetre, on paper of middling tooth.
+    pub fn marked(&self, cells_per_mm: f64) -> Vec<f64> {
+        let sum = |pigment: usize| {
+            let of_mark = |mark: &PlannedMark| {
+                let [low, high] = mark.bounds();
+                let range =
+                    |axis: usize| (low[axis] * cells_per_mm) as i64..(high[axis] * cells_per_mm) as i64 + 1;
+                let places = range(1).flat_map(|y| range(0).map(move |x| [x, y]));
+                places
+                    .filter_map(|place| {
+                        let at = place.map(|cell| (cell as f64 + 0.5) / cells_per_mm);
+                        let touch = mark.at(at, 0.5, 0.0, cells_per_mm as f32)?;
+                        Some(f64::from(touch.covered * mark.amounts(&touch, pigment)))
+                    })
+                    .sum::<f64>()
+            };
+            self.marks.iter().map(of_mark).sum()
+        };
+        (0..self.grain.len()).map(sum).collect()
+    }
 }
 
 /// Distance from an edge, cells of its map, from which on two shapes that abut all the same have no edge there.
@@ -344,7 +367,8 @@ impl Glaze {
             _ => None,
         });
         let marks = marks.flatten().enumerate();
-        let marks = marks.map(|(number, (mark, rim))| PlannedMark::new(mark, rim, number, sheet.seed)).collect();
+        let marks =
+            marks.map(|(number, (mark, rim))| PlannedMark::new(mark, rim, number, sheet.seed)).collect();
         let grain = |pigment: &&Pigment| (handling_of(pigment).granulation * self.granulation) as f32;
         Some(PlannedFigures { fill, marks, grain: pigments.iter().map(grain).collect() })
     }

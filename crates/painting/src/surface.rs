@@ -5,18 +5,18 @@ use girtin_grid::noise::Noise;
 use girtin_grid::{Raster, random};
 
 /// Wavelengths of what is finer than the paper's own height, mm.
-const FINE_MM: [f64; 4] = [1.3, 0.66, 0.33, 0.17];
+const FINE_MM: [f64; 4] = [1.5, 0.8, 0.45, 0.25];
 /// Wavelength of the clumps that grains gather in, mm.
-const CLUMP_MM: f64 = 2.6;
+const CLUMP_MM: f64 = 4.5;
 /// How a height and finer unevenness make the tooth that a brush feels.
 const TOOTH: [f32; 2] = [0.8, 0.6];
 /// How they make the pits where grains settle: mostly finer than the paper, or pebbles would be traced as worms.
 const PITS: [f32; 2] = [-0.5, 0.85];
 
 /// How amounts follow pits: those above a place's rank settle in it, some in specks, more so in clumps.
-const BY_PITS: f32 = 0.16;
-const BY_SPECKS: f32 = 0.26;
-const BY_CLUMPS: f32 = 0.12;
+const BY_PITS: f32 = 0.18;
+const BY_SPECKS: f32 = 0.30;
+const BY_CLUMPS: f32 = 0.16;
 /// From which rank of pits on there are specks, where grains are scarce, and how much lower where they clump.
 const SPECKS_FROM: [f32; 2] = [0.90, 0.14];
 /// Least and most that grain makes of an amount.
@@ -102,8 +102,10 @@ impl Surface {
         let gathering = ((clump - 0.2) / 0.8).clamp(0.0, 1.0);
         let from = SPECKS_FROM[0] - SPECKS_FROM[1] * gathering * gathering * (3.0 - 2.0 * gathering);
         let specks = ((pit - from) / 0.2).clamp(0.0, 1.0);
-        let more = (0.45 + 1.1 * clump) * (BY_PITS * (pit - 0.5) + BY_SPECKS * specks - 0.015)
-            + BY_CLUMPS * (clump - 0.5);
+        // Grains are many where they clump and hardly any elsewhere.
+        let gathered = clump * clump * clump;
+        let more =
+            BY_PITS * (0.5 + clump) * (pit - 0.5) + BY_SPECKS * gathered * specks + BY_CLUMPS * (clump - 0.5);
         (1.0 + granulation * more).clamp(GRAIN[0], GRAIN[1])
     }
 }
@@ -113,7 +115,7 @@ const GRADIENT: f32 = 3.6;
 
 /// How much is seen of a wavelength, 0 to 1: what is finer than samples is not, so a finer picture shows more of the same.
 fn seen(mm: f64, per_mm: f64) -> f32 {
-    (((mm * per_mm - 1.0) / 1.2).clamp(0.0, 1.0)) as f32
+    (((mm * per_mm - 1.5) / 1.2).clamp(0.0, 1.0)) as f32
 }
 
 /// The part of a normal distribution that is below a value.

@@ -83,7 +83,11 @@ fn stroked(painted: &mut Raster<bool>, study: &Study, marks: usize, chance: &mut
     let (width, height) = (painted.width(), painted.height());
     let s = study.mount.long_edge as f32;
     let is_rim = |x: usize, y: usize| {
-        painted.at(x, y) && (!painted.at(x + 1, y) || !painted.at(x - 1, y) || !painted.at(x, y + 1) || !painted.at(x, y - 1))
+        painted.at(x, y)
+            && (!painted.at(x + 1, y)
+                || !painted.at(x - 1, y)
+                || !painted.at(x, y + 1)
+                || !painted.at(x, y - 1))
     };
     let rim: Vec<[usize; 2]> = (1..height - 1)
         .flat_map(|y| (1..width - 1).map(move |x| [x, y]))
@@ -143,15 +147,19 @@ fn corners(study: &Study, chance: &mut Chance) -> Vec<Corner> {
     let (mount, s) = (&study.mount, study.mount.long_edge as f32);
     let [left, top] = [mount.origin as f32; 2];
     let [right, bottom] = [left + mount.photo[0] as f32, top + mount.photo[1] as f32];
-    let mut all: Vec<(f32, [f32; 2], [f32; 2])> =
-        [([left, top], [1.0, 1.0]), ([right, top], [-1.0, 1.0]), ([left, bottom], [1.0, -1.0]), ([right, bottom], [-1.0, -1.0])]
-            .into_iter()
-            .map(|(at, inward)| {
-                let middle = [0, 1].map(|axis: usize| at[axis] + 0.1 * s * inward[axis]);
-                let seen = study.near_focus.sample(middle[0], middle[1]);
-                (seen + 0.15 * chance.unit(), at, inward)
-            })
-            .collect();
+    let mut all: Vec<(f32, [f32; 2], [f32; 2])> = [
+        ([left, top], [1.0, 1.0]),
+        ([right, top], [-1.0, 1.0]),
+        ([left, bottom], [1.0, -1.0]),
+        ([right, bottom], [-1.0, -1.0]),
+    ]
+    .into_iter()
+    .map(|(at, inward)| {
+        let middle = [0, 1].map(|axis: usize| at[axis] + 0.1 * s * inward[axis]);
+        let seen = study.near_focus.sample(middle[0], middle[1]);
+        (seen + 0.15 * chance.unit(), at, inward)
+    })
+    .collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     let smaller = SMALLER.iter().zip(all).filter(|(smaller, _)| **smaller > 0.0);
     smaller

@@ -16,8 +16,8 @@ const LEAST_UNDER: f64 = 3.0;
 
 /// Blur of a mass before it is cut, parts of the long edge, more where nobody looks; at most a part of its width, so that
 /// thin things keep theirs; and at least so many cells, so that cells are not seen.
-const BLUR: f64 = 0.0014;
-const BLUR_ASIDE: f64 = 0.0028;
+const BLUR: f64 = 0.0021;
+const BLUR_ASIDE: f64 = 0.0050;
 const BLUR_OF_WIDTH: f64 = 0.28;
 const LEAST_BLUR: f64 = 0.7;
 
@@ -38,9 +38,9 @@ const RUN_ASIDE: f64 = 0.015;
 const LEFT_OUT: f32 = 1.7;
 
 /// Turns below this are rounded a little, radians: by at most this part of a run, and parts of the long edge.
-const BLUNT: f32 = 0.95;
+const BLUNT: f32 = 1.25;
 const ROUNDED: f32 = 0.22;
-const ROUNDING: f64 = 0.0045;
+const ROUNDING: f64 = 0.0055;
 
 /// A run is a bow if it rises by more than this part of the straying, if what is left is less than this part of its rise,
 /// and if it turns by less than this at its ends, radians.
@@ -535,7 +535,7 @@ impl Run {
 const LEAST_SINE: f32 = 0.2;
 
 /// How many times the straying a corner may be off the contour: a flat brush overshoots a little.
-const OVERSHOOT: f32 = 0.9;
+const OVERSHOOT: f32 = 0.0;
 
 /// The polygon of runs: straight ones meet where their lines cross, bows are drawn round, blunt corners are cut.
 fn with_runs(ring: &[Point], corners: &[usize], pen: &Pen) -> Vec<Point> {

@@ -44,10 +44,10 @@ const GROWTH: f32 = 0.2;
 
 /// Cost up to which masses merge, Lab: where the eye rests, less where it rests most, more where it does not, there more
 /// if all is calm, and in foliage.
-const TOLERANCE: f32 = 7.5;
+const TOLERANCE: f32 = 8.5;
 const LESS_AT_FOCUS: f32 = 2.0;
 const FOCUS: [f32; 2] = [0.8, 1.0];
-const MORE_ASIDE: f32 = 11.0;
+const MORE_ASIDE: f32 = 14.0;
 const ASIDE_GROWTH: f32 = 1.2;
 const MORE_IN_CALM: f32 = 3.5;
 const MORE_IN_FOLIAGE: f32 = 4.0;

@@ -4,8 +4,7 @@ use crate::separate::{Limits, MOST, Paints, from_lab, lab};
 use crate::values::{LIGHTEST, MOST_WASHES};
 
 /// How a mix is found: most of each pigment and in all, and how dear paint is, Lab² a thickness.
-const LIMITS: Limits =
-    Limits { each: 1.6, total: 2.6, thrift: 1.6, keeping: 0.0, rounds: 12, hue: 1.0 };
+const LIMITS: Limits = Limits { each: 1.6, total: 2.6, thrift: 1.6, keeping: 0.0, rounds: 12, hue: 1.0 };
 /// Least and most reflectance that is aimed at.
 const REFLECTANCE: [f32; 2] = [0.004, 0.97];
 

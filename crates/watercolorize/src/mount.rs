@@ -1,7 +1,7 @@
 //! The photograph on its sheet: where it lies, in millimetres and in cells, and how the painting ends around it.
 
-use girtin_grid::resize::resized;
 use girtin_grid::Raster;
+use girtin_grid::resize::resized;
 use girtin_optics::{LinearRgb, Srgb};
 use girtin_painting::document::SheetSettings;
 

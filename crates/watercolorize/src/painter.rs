@@ -16,7 +16,7 @@ use rayon::prelude::*;
 use crate::accents::lights;
 use crate::border::border;
 use crate::contours::around;
-use crate::edges::{Edges, gaps};
+use crate::edges::Edges;
 use crate::mixing::{glazed, linear, over, stored as stored_amounts};
 use crate::mount::{Mount, Mounting, PAPER};
 use crate::palette::{Cluster, choose};
@@ -38,21 +38,24 @@ const WASH_CELLS_PER_MM: f64 = 3.0;
 const MOST_LIGHTS: f64 = 72.0;
 
 /// Difference of two colors, Lab, up to which they run into each other where they meet, by wash.
-const RUN_TOGETHER: [f32; MOST_WASHES] = [20.0, 16.0, 13.0, 13.0];
+const RUN_TOGETHER: [f32; MOST_WASHES] = [24.0, 22.0, 18.0, 15.0];
 
 /// Film of each wash, how uneven it is, and over how much of the long edge.
 const WATER: [f64; MOST_WASHES] = [0.60, 0.45, 0.42, 0.40];
-const UNEVEN: [f64; MOST_WASHES] = [0.22, 0.32, 0.32, 0.28];
+const UNEVEN: [f64; MOST_WASHES] = [0.12, 0.18, 0.18, 0.16];
 const UNEVEN_OVER: f64 = 0.07;
 /// How far the pigments of each wash part.
-const CHARGED: [f64; MOST_WASHES] = [0.22, 0.34, 0.40, 0.45];
+const CHARGED: [f64; MOST_WASHES] = [0.14, 0.20, 0.24, 0.28];
 /// Steps that each wash has to dry in.
 const STEPS: [u32; MOST_WASHES] = [420, 300, 280, 240];
 /// Rims of each wash, and of marks.
 const RIMS: [f64; MOST_WASHES] = [0.8, 1.1, 1.1, 0.9];
 const MARK_RIMS: f64 = 0.6;
+/// How far paint flows in each wash, times the living wash's own diffusion; and how far at most, its own measure.
+const FLOWS: [f64; MOST_WASHES] = [2.5, 1.0, 0.5, 0.2];
+const MOST_DIFFUSION: f64 = 0.02;
 /// Granulation of every wash, by a pigment's own.
-const GRAIN: f64 = 1.0;
+const GRAIN: f64 = 0.7;
 
 /// What is to be painted, and how.
 #[derive(Clone, Copy, Debug)]
@@ -188,7 +191,6 @@ pub fn plan(
     Ok((document, MapChest::default()))
 }
 
-
 /// How the washes behave: the first is wet and flows, later ones lie where they are laid but for their rims.
 fn physics(wash: usize, params: &PhotoParams) -> LivingParams {
     let wet = params.wetness;
@@ -200,20 +202,20 @@ fn physics(wash: usize, params: &PhotoParams) -> LivingParams {
             evaporation: 0.005,
             slope_scale: 0.03,
             creep_speed: 0.0,
-            pigment_diffusion: default.pigment_diffusion * (wet - 0.55).max(0.0),
-            pigment_dispersion: default.pigment_dispersion * (wet - 0.55).max(0.0),
+            pigment_diffusion: (FLOWS[0] * wet * default.pigment_diffusion).min(MOST_DIFFUSION),
+            pigment_dispersion: default.pigment_dispersion * wet,
             ..default
         };
     }
-    let little = 0.25 * (wet - 1.0).max(0.0);
     LivingParams {
         edge_darkening: 0.005,
         edge_width: 1.2,
         evaporation: 0.008,
         slope_scale: 0.0,
         creep_speed: 0.0,
-        pigment_diffusion: default.pigment_diffusion * little,
-        pigment_dispersion: default.pigment_dispersion * little,
+        pigment_diffusion: (FLOWS[wash.min(MOST_WASHES - 1)] * wet * default.pigment_diffusion)
+            .min(MOST_DIFFUSION),
+        pigment_dispersion: 0.0,
         lifting: 0.0,
         settling: 0.3,
         ..default
@@ -242,14 +244,25 @@ impl<'a> Planner<'a> {
         let chroma = study.lab.map(|[_, a, b]| libm::hypotf(a, b));
         let plain = Raster::by_rows(labels.width(), labels.height(), |x, y| {
             let shape = labels.at(x, y).checked_sub(1).map(|shape| &shapes[usize::from(shape)]);
-            shape.map_or(97.0, |shape| if shape.washes == 0 { 97.0 } else { shape.color_at([x as f32, y as f32])[0] })
+            shape.map_or(
+                97.0,
+                |shape| if shape.washes == 0 { 97.0 } else { shape.color_at([x as f32, y as f32])[0] },
+            )
         });
         let texture = &study.texture;
         let most = (MOST_LIGHTS * params.lights) as usize;
-        let kept = lights(&fine, &chroma, &study.attention, &texture.foliage, &study.face, &plain, &found.sky, s, most);
-        let left = gaps(study, &shapes, &labels, params, seed);
+        let kept = lights(
+            &fine,
+            &chroma,
+            &study.attention,
+            &texture.foliage,
+            &study.face,
+            &plain,
+            &found.sky,
+            s,
+            most,
+        );
         shapes.extend(kept.iter().map(|light| Shape::bare(vec![outline(light)])));
-        shapes.extend(left.into_iter().map(|gap| Shape::bare(vec![gap])));
         if let Some(reserve) = request.reserve {
             let size = study.mount.photo;
             let reserve = resized_plane(reserve, size[0], size[1]);
@@ -269,7 +282,6 @@ impl<'a> Planner<'a> {
         let sheet = Sheet { study, shapes: &shapes, labels: &labels, seed };
         let layers = vec![
             ("tones and texture", [sheet.inner_tones(params), sheet.texture(params)].concat()),
-            ("drybrush", sheet.dragged(params)),
             ("accents", sheet.accents(params)),
             ("ink", sheet.ink(&edges.inked, params)),
         ];
@@ -302,7 +314,8 @@ impl<'a> Planner<'a> {
         let labels = labels(&self.shapes, study);
         let mut glazes = Vec::new();
         for wash in 0..MOST_WASHES {
-            let families = families(&self.shapes, &mixes, &labels, wash, paints, paper, params.wetness as f32);
+            let families =
+                families(&self.shapes, &mixes, &labels, wash, paints, paper, params.wetness as f32);
             let figures: Vec<FilledFigure> = self
                 .shapes
                 .iter()
@@ -344,7 +357,11 @@ impl<'a> Planner<'a> {
         let settings = study.mount.sheet(mounting, paper, *seed, *long_edge);
         let per_mm = (WASH_CELLS / mounting.long_edge_mm).min(WASH_CELLS_PER_MM);
         let drawing = self.shapes.iter().map(|shape| Figure {
-            rings: shape.rings.iter().map(|ring| ring.iter().map(|&point| study.mm(point)).collect()).collect(),
+            rings: shape
+                .rings
+                .iter()
+                .map(|ring| ring.iter().map(|&point| study.mm(point)).collect())
+                .collect(),
         });
         Document {
             title: String::new(),
@@ -360,7 +377,11 @@ fn labels(shapes: &[Shape], study: &Study) -> Raster<u16> {
     let figures: Vec<Figure> = shapes
         .iter()
         .map(|shape| Figure {
-            rings: shape.rings.iter().map(|ring| ring.iter().map(|&[x, y]| [f64::from(x), f64::from(y)]).collect()).collect(),
+            rings: shape
+                .rings
+                .iter()
+                .map(|ring| ring.iter().map(|&[x, y]| [f64::from(x), f64::from(y)]).collect())
+                .collect(),
         })
         .collect();
     let [width, height] = study.mount.size;
@@ -380,7 +401,9 @@ fn families(
     let colors: Vec<Option<[f32; 3]>> = shapes
         .iter()
         .zip(mixes)
-        .map(|(shape, mix)| (shape.washes > wash).then(|| crate::separate::lab(paints.over(&mix[0][wash], paper))))
+        .map(|(shape, mix)| {
+            (shape.washes > wash).then(|| crate::separate::lab(paints.over(&mix[0][wash], paper)))
+        })
         .collect();
     let mut of: Vec<u32> = (0..shapes.len() as u32).collect();
     fn root(of: &mut [u32], mut at: u32) -> u32 {

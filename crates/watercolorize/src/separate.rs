@@ -239,9 +239,8 @@ pub fn lab(color: [f32; 3]) -> [f32; 3] {
 /// Linear sRGB of CIELAB; channels may lie outside 0 to 1.
 pub fn from_lab([l, a, b]: [f32; 3]) -> [f32; 3] {
     let y = (l + 16.0) / 116.0;
-    let xyz = [y + a / 500.0, y, y - b / 200.0].map(|f| {
-        if f > 0.206_896_6 { f * f * f } else { (f - 16.0 / 116.0) / 7.787 }
-    });
+    let xyz = [y + a / 500.0, y, y - b / 200.0]
+        .map(|f| if f > 0.206_896_6 { f * f * f } else { (f - 16.0 / 116.0) / 7.787 });
     FROM_XYZ.map(|row| dot(row, xyz))
 }
 

@@ -136,16 +136,7 @@ macro_rules! built_in {
     };
 }
 
-built_in!(
-    "classic",
-    "loose",
-    "wet-in-wet",
-    "detailed",
-    "urban",
-    "botanical",
-    "monochrome",
-    "nocturne"
-);
+built_in!("classic", "loose", "wet-in-wet", "detailed", "urban", "botanical", "monochrome", "nocturne");
 
 impl Preset {
     /// A preset of a built-in name.
@@ -168,7 +159,8 @@ impl Preset {
     /// A value is not allowed.
     pub fn from_table(table: &Table<'_>) -> Result<Self, Fault> {
         if let Some((old, instead)) = REPLACED.iter().find(|(old, _)| table.has(old)) {
-            let message = format!("`{old}` was of a planner that followed the photograph, and means nothing now");
+            let message =
+                format!("`{old}` was of a planner that followed the photograph, and means nothing now");
             return Err(table.fault(old, message).hint(*instead));
         }
         let palette = table.texts("palette")?;

@@ -2,7 +2,6 @@
 
 use girtin_grid::Raster;
 use girtin_grid::blur::gaussian_plane;
-use girtin_grid::morphology::dilated;
 
 use crate::accidents::{Chance, plane, smoothstep};
 use crate::contours::{around, contours};
@@ -19,12 +18,18 @@ const LEAST_SPREAD: f64 = 0.010;
 /// How far neutral shapes lean, to blue or to brown, Lab b in lights and in darks; below which chroma they do; and what of
 /// that is red.
 const LEAN: ([f32; 2], [f32; 2], f32) = ([1.8, 4.5], [16.0, 5.0], 0.35);
+/// How much darker paint pools at one end of a shape than it is at the other, Lab L and parts of its chroma, and how far its
+/// hue goes to the warm or the cool on the way, Lab b. Small shapes do less of it than those of this area, a part of the long
+/// edge squared.
+const POOL: (f32, f32) = (4.5, 0.10);
+const POOL_HUE: f32 = 3.5;
+const POOL_AREA: f64 = 4e-3;
 /// How far colors drift over the sheet, Lab, and how much further the more chroma they have.
 const DRIFT: (f64, f32, f32) = (0.09, 2.2, 0.05);
 
 /// Attention from which on a shape keeps its own value; shapes that are looked at less take that of a neighbor which is
 /// larger, no further away in tone than this, Lab L, and beside it for this part of their border.
-const JOINED: (f32, f32, f64) = (0.55, 9.0, 0.2);
+const JOINED: (f32, f32, f64) = (0.55, 14.0, 0.2);
 /// Area, parts of the long edge squared, and attention below which a white shape is no light but a chip.
 const CHIP: (f64, f32) = (9e-4, 0.45);
 
@@ -133,10 +138,17 @@ impl Shapes {
                 let lean = chance.spread(LEAN.0[0] + dark * (LEAN.0[1] - LEAN.0[0]));
                 let lean = [LEAN.2 * lean.abs(), lean];
                 let (line, steps) = gradient(sums, mass.middle, LEAST_SPREAD * s);
+                let large = libm::sqrt((mass.area / (POOL_AREA * s * s)).min(1.0)) as f32;
+                // Paint runs down, unless the sheet is turned.
+                let down = if (line[1][1] >= line[0][1]) == (chance.unit() < 0.8) { 1.0 } else { -1.0 };
+                let pools = large * chance.between([0.4, 1.0]) * (1.0 - 0.5 * mass.attention) * down;
+                let turns = large * chance.spread(POOL_HUE) * params.chroma.min(1.0) as f32;
                 let colors = [-1.0f32, 1.0].map(|way| {
-                    let tone = (mass.mean[0] + way * steps[0]).clamp(10.0, 99.0);
+                    let tone = (mass.mean[0] + way * (steps[0] - POOL.0 * pools)).clamp(10.0, 99.0);
                     let own = [mass.mean[1] + way * steps[1], mass.mean[2] + way * steps[2]];
                     let tint = study.values.tint(own, tone, mass.attention);
+                    let richer = 1.0 + way * POOL.1 * pools;
+                    let tint = [richer * tint[0], richer * tint[1] + way * turns];
                     let chroma = libm::hypotf(tint[0], tint[1]);
                     let neutral = smoothstep(chroma, LEAN.1[0], LEAN.1[1]);
                     let at = line[usize::from(way > 0.0)];
@@ -145,7 +157,8 @@ impl Shapes {
                         * if is_sky[contour.mass] { 0.4 } else { 1.0 };
                     let far = calm * (DRIFT.1 + DRIFT.2 * chroma) * params.chroma.min(1.0) as f32;
                     let lean = [0, 1].map(|k: usize| {
-                        params.chroma.min(1.0) as f32 * neutral * lean[k] + far * drift[k].sample(at[0], at[1])
+                        params.chroma.min(1.0) as f32 * neutral * lean[k]
+                            + far * drift[k].sample(at[0], at[1])
                     });
                     [tone, tint[0] + lean[0], tint[1] + lean[1]]
                 });
@@ -162,7 +175,10 @@ impl Shapes {
             })
             .collect();
         let sky = found.labels.map(|label| f32::from(u8::from(is_sky[label as usize])));
-        shapes.extend(second_sky(&shapes, &found, &is_sky, study, seed));
+        // Over the sky, under all that stands before it.
+        let above = shapes.iter().rposition(|shape| shape.is_sky).map_or(0, |last| last + 1);
+        let second = second_sky(&shapes, &found, &is_sky, study, seed);
+        shapes.splice(above..above, second);
         Self { shapes, sky }
     }
 }
@@ -211,7 +227,8 @@ fn gradient(sums: &Sums, middle: [f32; 2], least: f64) -> ([[f32; 2]; 2], [f32; 
     // From the middle of one half to the middle of the other and somewhat further.
     let half = 1.6 * libm::hypot(sums.spread[0] * direction[0], sums.spread[1] * direction[1]);
     let half = half.max(least * libm::sqrt(sums.cells).min(1.0));
-    let along = |c: usize| (half * (sums.slope[c][0] * direction[0] + sums.slope[c][1] * direction[1])) as f32;
+    let along =
+        |c: usize| (half * (sums.slope[c][0] * direction[0] + sums.slope[c][1] * direction[1])) as f32;
     let steps = [
         along(0).clamp(-GRADIENT, GRADIENT),
         (HUE_GRADIENT.0 * along(1)).clamp(-HUE_GRADIENT.1, HUE_GRADIENT.1),
@@ -300,18 +317,13 @@ fn skies(found: &Masses, study: &Study) -> Vec<bool> {
                 && mass.middle[1] - origin as f32 <= SKY_ABOVE * height
         })
         .collect();
-    let area: f64 = found.masses.iter().zip(&is_sky).filter(|(_, sky)| **sky).map(|(mass, _)| mass.area).sum();
+    let area: f64 =
+        found.masses.iter().zip(&is_sky).filter(|(_, sky)| **sky).map(|(mass, _)| mass.area).sum();
     if area < LEAST_SKY * (mount.size[0] * mount.size[1]) as f64 { vec![false; is_sky.len()] } else { is_sky }
 }
 
 /// A second, darker wash over a part of the sky, with a scalloped edge on the dry first one.
-fn second_sky(
-    shapes: &[Shape],
-    found: &Masses,
-    is_sky: &[bool],
-    study: &Study,
-    seed: u64,
-) -> Vec<Shape> {
+fn second_sky(shapes: &[Shape], found: &Masses, is_sky: &[bool], study: &Study, seed: u64) -> Vec<Shape> {
     if !is_sky.contains(&true) {
         return Vec::new();
     }
@@ -320,11 +332,10 @@ fn second_sky(
     let sky = found.labels.map(|label| is_sky[label as usize]);
     let tone = study.planned.map(|color| color[0]);
     let smooth = gaussian_plane(&tone, 0.02 * s);
-    // Not right at what stands before the sky: a wash keeps clear of it.
-    let near = dilated(&sky.map(|sky| u8::from(!sky)), (0.004 * s) as usize);
     let mean = {
         let of = sky.as_slice().iter().zip(smooth.as_slice()).filter(|(sky, _)| **sky);
-        let (sum, count) = of.fold((0.0f64, 0u32), |(sum, count), (_, tone)| (sum + f64::from(*tone), count + 1));
+        let (sum, count) =
+            of.fold((0.0f64, 0u32), |(sum, count), (_, tone)| (sum + f64::from(*tone), count + 1));
         (sum / f64::from(count.max(1))) as f32
     };
     let level = Raster::by_rows(size[0], size[1], |x, y| {
@@ -342,13 +353,14 @@ fn second_sky(
         .step_by(5)
         .collect();
     values.sort_by(f32::total_cmp);
-    let Some(&least) = values.get(((1.0 - SECOND.0) * values.len() as f64) as usize) else { return Vec::new() };
-    let mask = Raster::by_rows(size[0], size[1], |x, y| {
-        sky.at(x, y) && near.at(x, y) == 0 && level.at(x, y) > least
-    });
+    let Some(&least) = values.get(((1.0 - SECOND.0) * values.len() as f64) as usize) else {
+        return Vec::new();
+    };
+    let mask = Raster::by_rows(size[0], size[1], |x, y| sky.at(x, y) && level.at(x, y) > least);
     let largest = shapes.iter().filter(|shape| shape.is_sky).max_by(|a, b| a.area.total_cmp(&b.area));
     let Some(largest) = largest else { return Vec::new() };
-    let rings: Vec<_> = around(&mask, s, 1.0).into_iter().filter(|ring| ring_area(ring) > 2.5e-3 * s * s).collect();
+    let rings: Vec<_> =
+        around(&mask, s, 1.0).into_iter().filter(|ring| ring_area(ring) > 2.5e-3 * s * s).collect();
     if rings.is_empty() {
         return Vec::new();
     }

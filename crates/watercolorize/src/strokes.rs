@@ -1,4 +1,4 @@
-//! Marks of a brush on the dried washes: tones along a form, texture by rule, dragged strokes, dark accents, ink.
+//! Marks of a brush on the dried washes: tones along a form, texture by rule, dark accents, ink.
 
 use girtin_grid::Raster;
 use girtin_grid::blur::gaussian_plane;
@@ -15,7 +15,6 @@ use crate::tracer::{Trace, Tracing, trace};
 pub const MOST_ACCENTS: f64 = 105.0;
 const MOST_INNER: f64 = 120.0;
 const MOST_TEXTURE: f64 = 60.0;
-const MOST_DRAGGED: f64 = 6.0;
 const MOST_INK: f64 = 260.0;
 
 /// How much darker than its shape a place is from which on it is worth a tone of its own, Lab L: always, where nobody looks,
@@ -25,13 +24,15 @@ const INNER: [f32; 3] = [4.5, 13.0, 12.0];
 const INNER_WIDTHS: [f64; 2] = [0.0028, 0.022];
 const INNER_LENGTH: [f32; 2] = [0.014, 0.03];
 
+/// How little something is looked at to have no inner tones: there they would be flecks.
+const INNER_ASIDE: f32 = 0.4;
+
 /// Accents are darker than what they mark, Lab L, within these.
 const ACCENT: (f32, [f32; 2]) = (6.0, [17.0, 44.0]);
 
-/// How much darker dragged strokes are than their ground, Lab L; their lengths and widths, parts of the long edge.
-const DRAGGED_DARKER: [f32; 2] = [9.0, 17.0];
-const DRAGGED_LENGTHS: [f32; 2] = [0.06, 0.16];
-const DRAGGED_WIDTHS: [f32; 2] = [0.009, 0.022];
+/// Attention that a dark is to have, or its length, a part of the long edge: elsewhere it is a fleck.
+const ACCENT_SEEN: f32 = 0.5;
+const ACCENT_LONG: f32 = 0.045;
 
 /// Width of a pen's line, part of the long edge.
 const PEN: f32 = 0.0011;
@@ -137,8 +138,10 @@ impl Sheet<'_> {
         let (width, height) = (self.labels.width(), self.labels.height());
         let mut sum = [0.0f32; 2];
         for &[x, y] in path {
-            let [_, a, b] =
-                self.study.lab.at((x.max(0.0) as usize).min(width - 1), (y.max(0.0) as usize).min(height - 1));
+            let [_, a, b] = self
+                .study
+                .lab
+                .at((x.max(0.0) as usize).min(width - 1), (y.max(0.0) as usize).min(height - 1));
             sum[0] += a;
             sum[1] += b;
         }
@@ -171,7 +174,9 @@ impl Sheet<'_> {
         found.retain(|found| {
             let aside = 1.0 - study.along(&found.points, &study.attention);
             let wide = found.widths.iter().fold(0.0f32, |most, &width| most.max(width));
-            found.length > (INNER_LENGTH[0] + INNER_LENGTH[1] * aside) * s as f32 && found.length > 1.9 * wide
+            aside < INNER_ASIDE
+                && found.length > (INNER_LENGTH[0] + INNER_LENGTH[1] * aside) * s as f32
+                && found.length > 3.0 * wide
         });
         found.sort_by(|a, b| b.score.total_cmp(&a.score));
         found.truncate((MOST_INNER * params.detail.min(1.5)) as usize);
@@ -199,6 +204,10 @@ impl Sheet<'_> {
         let mut chance = Chance::new(self.seed, "accents");
         found
             .iter()
+            .filter(|found| {
+                let seen = study.along(&found.points, &study.attention);
+                seen > ACCENT_SEEN || found.length > ACCENT_LONG * s as f32
+            })
             .map(|found| {
                 let seen = study.along(&found.points, &study.attention);
                 let tone = study.values.of(study.along(&found.points, &fine), seen) - ACCENT.0;
@@ -226,8 +235,9 @@ impl Sheet<'_> {
             if !free || self.is_bare(at(x, y)) || study.face.at(x, y) > 0.05 { 0.0 } else { 1.0 }
         };
         let plant = pooled(&study.lab.map(|color| f32::from(u8::from(is_plant(color)))));
-        let coherent =
-            |x: usize, y: usize| study.texture.busy.at(x, y) * smoothstep(study.texture.coherence.at(x, y), 0.35, 0.6);
+        let coherent = |x: usize, y: usize| {
+            study.texture.busy.at(x, y) * smoothstep(study.texture.coherence.at(x, y), 0.35, 0.6)
+        };
         let water = pooled(&Raster::by_rows(width, height, |x, y| {
             let low = smoothstep(y as f32 / height as f32, 0.25, 0.5);
             coherent(x, y) * f32::from(u8::from(lies(x, y))) * low * (1.0 - plant.at(x, y))
@@ -242,7 +252,9 @@ impl Sheet<'_> {
         let most = (MOST_TEXTURE * params.texture) as usize;
         let leaves = density(&|x, y| study.texture.foliage.at(x, y) * smoothstep(plant.at(x, y), 0.3, 0.7));
         let grass = density(&|x, y| {
-            coherent(x, y) * smoothstep(plant.at(x, y), 0.3, 0.7) * smoothstep(y as f32 / height as f32, 0.3, 0.6)
+            coherent(x, y)
+                * smoothstep(plant.at(x, y), 0.3, 0.7)
+                * smoothstep(y as f32 / height as f32, 0.3, 0.6)
         });
         let hatched = density(&|x, y| coherent(x, y) * (1.0 - plant.at(x, y)) * (1.0 - water.at(x, y)));
         let rippled = Raster::by_rows(width, height, |x, y| here(x, y) * water.at(x, y));
@@ -259,7 +271,7 @@ impl Sheet<'_> {
         let mut strokes: Vec<Stroke> = rules::foliage(&ground(&leaves));
         strokes.extend(rules::ripples(&rules::Ground { most: 2 * most, ..ground(&rippled) }));
         strokes.extend(rules::grass(&rules::Ground { most: most / 2, ..ground(&grass) }));
-        strokes.extend(rules::hatch(&rules::Ground { most: most / 2, ..ground(&hatched) }));
+        strokes.extend(rules::hatch(&rules::Ground { most: most / 4, ..ground(&hatched) }));
         strokes
             .iter()
             // What is lighter than its ground is left out of a wash, not painted.
@@ -279,72 +291,6 @@ impl Sheet<'_> {
             .collect()
     }
 
-    /// Broad strokes of a brush that is nearly dry, over what is rough.
-    pub fn dragged(&self, params: &PhotoParams) -> Vec<Gesture> {
-        let study = self.study;
-        let s = study.mount.long_edge as f32;
-        let most = (MOST_DRAGGED * params.drybrush) as usize;
-        let mut chance = Chance::new(self.seed, "dragged strokes");
-        let mut gestures: Vec<Gesture> = Vec::new();
-        let [width, height] = study.mount.photo;
-        for _ in 0..60 * most {
-            if gestures.len() >= most {
-                break;
-            }
-            let origin = study.mount.origin as f32;
-            let place = [origin + chance.unit() * width as f32, origin + chance.unit() * height as f32];
-            let rough = study.texture.busy.sample(place[0], place[1]);
-            let seen = study.attention.sample(place[0], place[1]);
-            let face = study.face.sample(place[0], place[1]);
-            let tone = self.color_at(place)[0];
-            let coherent = smoothstep(study.texture.coherence.sample(place[0], place[1]), 0.3, 0.6);
-            let wanted = smoothstep(rough, 0.35, 0.8) * coherent * (1.0 - seen) * (1.0 - seen);
-            if chance.unit() > wanted || face > 0.0 || !(42.0..88.0).contains(&tone) || self.is_bare(place) {
-                continue;
-            }
-            let free = gestures.iter().all(|other| {
-                let near = other.points[2];
-                libm::hypotf(near[0] - place[0], near[1] - place[1]) > 0.09 * s
-            });
-            if !free {
-                continue;
-            }
-            let (length, wide) = (s * chance.between(DRAGGED_LENGTHS), s * chance.between(DRAGGED_WIDTHS));
-            // It follows the structure a step at a time.
-            let follow = |way: f32| {
-                let mut path = vec![place];
-                let mut heading = study.texture.direction.sample(place[0], place[1]) + if way < 0.0 { core::f32::consts::PI } else { 0.0 };
-                for _ in 0..2 {
-                    let [x, y] = path[path.len() - 1];
-                    let own = study.texture.direction.sample(x, y);
-                    let own = if libm::cosf(own - heading) < 0.0 { own + core::f32::consts::PI } else { own };
-                    heading += 0.5 * libm::sinf(own - heading);
-                    path.push([x + 0.25 * length * libm::cosf(heading), y + 0.25 * length * libm::sinf(heading)]);
-                }
-                path
-            };
-            let mut points: Vec<[f32; 2]> = follow(-1.0).into_iter().skip(1).rev().collect();
-            points.extend(follow(1.0));
-            let alike = points.iter().all(|&point| {
-                !self.is_bare(point) && (self.color_at(point)[0] - tone).abs() < 16.0
-                    && study.face.sample(point[0], point[1]) < 0.05
-            });
-            if !alike {
-                continue;
-            }
-            let [l, a, b] = self.below(&points);
-            let color = [l - chance.between(DRAGGED_DARKER), 1.15 * a, 1.15 * b];
-            let widths = vec![wide; points.len()];
-            let mut gesture = Gesture::new(points, widths, color);
-            gesture.chisel = Some(chance.spread(25.0));
-            gesture.dry = [chance.between([0.0, 0.35]), chance.between([0.8, 0.95]), chance.between([0.1, 0.4])];
-            gesture.bristles = [chance.between([0.9, 1.6]), chance.between([22.0, 36.0]), 0.85];
-            gesture.drag = [0.6, 0.5 * wide / study.mount.cells_per_mm as f32];
-            gestures.push(gesture);
-        }
-        gestures
-    }
-
     /// Lines of a pen along the most important contours.
     pub fn ink(&self, inked: &[(Vec<[f32; 2]>, f32)], params: &PhotoParams) -> Vec<Gesture> {
         if params.ink <= 0.0 {
@@ -358,7 +304,8 @@ impl Sheet<'_> {
         lines
             .map(|(path, _)| {
                 let count = (path.len() / 3).clamp(3, 40);
-                let points: Vec<[f32; 2]> = (0..count).map(|k| path[k * (path.len() - 1) / (count - 1)]).collect();
+                let points: Vec<[f32; 2]> =
+                    (0..count).map(|k| path[k * (path.len() - 1) / (count - 1)]).collect();
                 let widths = (0..count).map(|_| PEN * s * chance.between([0.7, 1.5])).collect();
                 let mut gesture = Gesture::new(points, widths, [12.0, 0.0, -1.0]);
                 gesture.dry = [0.0, chance.between([0.0, 0.5]), 0.7];
@@ -405,7 +352,10 @@ pub fn outline(found: &Trace) -> Vec<[f32; 2]> {
     for step in 0..=fine {
         let at = step as f32 / fine as f32;
         let position = at * (count - 1) as f32;
-        let (k, part) = ((position as usize).min(count.saturating_sub(2)), position - (position as usize).min(count.saturating_sub(2)) as f32);
+        let (k, part) = (
+            (position as usize).min(count.saturating_sub(2)),
+            position - (position as usize).min(count.saturating_sub(2)) as f32,
+        );
         let point = |k: usize| found.points[k.min(count - 1)];
         let before = point(k.saturating_sub(1));
         let (a, b, after) = (point(k), point(k + 1), point(k + 2));
@@ -448,9 +398,7 @@ fn shaped(stroke: &Stroke) -> (Vec<[f32; 2]>, Vec<f32>) {
 /// Width along a stroke as a part of the most.
 fn pressure(kind: Kind, s: f32) -> f32 {
     match kind {
-        Kind::Leaf => {
-            libm::powf(libm::sinf(core::f32::consts::PI * libm::powf(s, 0.56)).max(0.0), 0.78)
-        }
+        Kind::Leaf => libm::powf(libm::sinf(core::f32::consts::PI * libm::powf(s, 0.56)).max(0.0), 0.78),
         Kind::Drop => smoothstep(s, -0.02, 0.05).sqrt() * libm::powf(1.0 - s, 0.55),
         Kind::Tail => libm::powf(s / 0.06 + 0.12, 0.6).min(1.0) * (1.0 - 0.93 * smoothstep(s, 0.55, 1.0)),
         Kind::Hair => libm::powf(1.0 - s, 0.8) * (0.55 + s / 0.08).min(1.0),

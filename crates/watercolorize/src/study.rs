@@ -56,8 +56,9 @@ impl Study {
         let s = mount.long_edge;
         let area = Area { origin: [mount.origin; 2], size: mount.photo };
         let whole = |plane: &Plane| mount.place(&plane.map(|value| [value])).map(|[value]| value);
-        let lightness =
-            Raster::by_rows(area.size[0], area.size[1], |x, y| lab.at(area.origin[0] + x, area.origin[1] + y)[0]);
+        let lightness = Raster::by_rows(area.size[0], area.size[1], |x, y| {
+            lab.at(area.origin[0] + x, area.origin[1] + y)[0]
+        });
         let found = faces(&lightness);
         let heads = whole(&in_heads(&found, area.size));
         let figures = whole(&in_figures(&found, area.size));
@@ -69,7 +70,8 @@ impl Study {
             None => {
                 let seen = attention(&lab, area, &figures, s);
                 let seen = if found.is_empty() { seen } else { seen.map(|seen| BESIDE_FACES * seen) };
-                let seen = Raster::by_rows(lab.width(), lab.height(), |x, y| seen.at(x, y).max(figures.at(x, y)));
+                let seen =
+                    Raster::by_rows(lab.width(), lab.height(), |x, y| seen.at(x, y).max(figures.at(x, y)));
                 let seen = focused(seen, request.focus, &mount);
                 let mut seen = snapped(&seen, &flat, s);
                 seen.as_mut_slice().iter_mut().zip(heads.as_slice()).for_each(|(seen, &head)| {
@@ -80,7 +82,8 @@ impl Study {
         };
         let simple = simplified(&lab, &flat, &attention, &texture.foliage, s);
         let near_focus = gaussian_plane(&attention, WIDE * s);
-        let near_focus = Raster::by_rows(lab.width(), lab.height(), |x, y| near_focus.at(x, y).max(heads.at(x, y)));
+        let near_focus =
+            Raster::by_rows(lab.width(), lab.height(), |x, y| near_focus.at(x, y).max(heads.at(x, y)));
         let inside = (0..area.size[1]).flat_map(|y| {
             simple.row(area.origin[1] + y)[area.origin[0]..][..area.size[0]].iter().map(|color| color[0])
         });

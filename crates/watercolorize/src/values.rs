@@ -71,8 +71,7 @@ impl Values {
         let [(x0, y0), (x1, y1)] = [self.curve[above - 1], self.curve[above]];
         let planned = y0 + (y1 - y0) * ((lightness - x0) / (x1 - x0)).clamp(0.0, 1.0);
         let attention = attention.clamp(0.0, 1.0);
-        let planned =
-            planned + (1.0 - attention) * AWAY.0 * smoothstep(planned, AWAY.1[0], AWAY.1[1]);
+        let planned = planned + (1.0 - attention) * AWAY.0 * smoothstep(planned, AWAY.1[0], AWAY.1[1]);
         planned - attention * FOCUS.0 * smoothstep(planned, FOCUS.1[0], FOCUS.1[1])
     }
 
@@ -80,7 +79,9 @@ impl Values {
     pub fn tint(&self, [a, b]: [f32; 2], planned: f32, attention: f32) -> [f32; 2] {
         let chroma = libm::hypotf(a, b);
         let strong = CHROMA[0]
-            + CHROMA[1] * smoothstep(attention, 0.2, 0.9) * smoothstep(chroma, SOME_CHROMA[0], SOME_CHROMA[1])
+            + CHROMA[1]
+                * smoothstep(attention, 0.2, 0.9)
+                * smoothstep(chroma, SOME_CHROMA[0], SOME_CHROMA[1])
             + CHROMA[2] * smoothstep(chroma, MUCH_CHROMA[0], MUCH_CHROMA[1]);
         let strong = strong.min(MOST_CHROMA) * (1.0 - 0.12 * smoothstep(planned, 55.0, 30.0)) * self.chroma;
         let cool = self.cool

@@ -149,21 +149,30 @@ impl AskedArgs {
     ///
     /// # Errors
     /// A name is unknown, a file is wrong, or a value not allowed.
-    pub fn recipes(&self, stock: &mut Stock, all: bool, is_quick: bool, from_mattes: bool) -> Result<Vec<Recipe>, Failure> {
+    pub fn recipes(
+        &self,
+        stock: &mut Stock,
+        all: bool,
+        is_quick: bool,
+        from_mattes: bool,
+    ) -> Result<Vec<Recipe>, Failure> {
         let palette = self.palette(&mut stock.pigments)?;
         let named =
             if all { PRESETS.iter().map(|p| p.name.to_owned()).collect() } else { vec![self.preset.clone()] };
-        named.into_iter().map(|name| {
-            let mut recipe = self.recipe(name, palette.as_ref(), stock, is_quick)?;
-            if from_mattes {
-                recipe.mounting.long_edge_mm = self.sheet.unwrap_or(MATTES_MM);
-                recipe.params.plan_cells = MATTES_CELLS;
-                if self.paper.is_none() {
-                    recipe.paper = MATTES_PAPER.to_owned();
+        named
+            .into_iter()
+            .map(|name| {
+                let mut recipe = self.recipe(name, palette.as_ref(), stock, is_quick)?;
+                if from_mattes {
+                    recipe.mounting.long_edge_mm = self.sheet.unwrap_or(MATTES_MM);
+                    recipe.params.plan_cells = MATTES_CELLS;
+                    if self.paper.is_none() {
+                        recipe.paper = MATTES_PAPER.to_owned();
+                    }
                 }
-            }
-            Ok(recipe)
-        }).collect()
+                Ok(recipe)
+            })
+            .collect()
     }
 
     fn recipe(
@@ -198,7 +207,11 @@ impl AskedArgs {
             params,
             palette: palette.cloned().or(preset.palette),
             paper: paper.id.clone(),
-            mounting: Mounting { long_edge_mm: self.sheet.unwrap_or(Mounting::default().long_edge_mm), margin: self.margin, border },
+            mounting: Mounting {
+                long_edge_mm: self.sheet.unwrap_or(Mounting::default().long_edge_mm),
+                margin: self.margin,
+                border,
+            },
             seed: self.seed,
             focus: self.focus,
         })

@@ -156,8 +156,11 @@ impl PlannedMark {
         let [begin, end, from] = mark.dry.map(|x| x as f32);
         let [streak_mm, streak_length, strength] = mark.bristles;
         let is_streaked = strength > 0.0;
-        let streaks =
-            if is_streaked { self.noise2(away / streak_mm.max(0.05), along / streak_length.max(0.5)) } else { 0.0 };
+        let streaks = if is_streaked {
+            self.noise2(away / streak_mm.max(0.05), along / streak_length.max(0.5))
+        } else {
+            0.0
+        };
         let strength = strength as f32;
         // Where bristles part, the paper has less of a say.
         let tooth = 0.5 + (tooth - 0.5) * (1.0 - 0.65 * strength.min(1.0));

@@ -1,11 +1,14 @@
 //! What is drawn before it is painted, the washes that fill it, and marks of a brush.
 
+use girtin_params::Table;
 use girtin_params::read::Fault;
 use girtin_params::write::{Node, Tree};
-use girtin_params::Table;
 
 /// Most figures of a drawing: a label each, in two bytes.
 pub const MAX_FIGURES: usize = 60_000;
+
+/// Most points of a mark's path: every place near it looks at all of them.
+pub const MAX_POINTS: usize = 400;
 
 /// Farthest from the sheet's corner that anything is drawn, mm.
 const MAX_MM: f64 = 1e5;
@@ -147,8 +150,8 @@ impl Figure {
     pub(super) fn tree(&self) -> Tree {
         let (outline, holes) = self.rings.split_first().map_or((&[][..], &[][..]), |(a, b)| (&a[..], b));
         let hole = |ring: &Vec<[f64; 2]>| Tree::new().with("outline", points_node(ring));
-        let holes =
-            (!holes.is_empty()).then(|| Node::List(holes.iter().map(|ring| Node::Inline(hole(ring))).collect()));
+        let holes = (!holes.is_empty())
+            .then(|| Node::List(holes.iter().map(|ring| Node::Inline(hole(ring))).collect()));
         Tree::new().with("outline", points_node(outline)).with_some("holes", holes)
     }
 }
@@ -203,7 +206,8 @@ impl Fill {
                 let line = points_node(&graded.line);
                 Node::Inline(Tree::new().with("line", line).with("amounts", graded.amounts.clone()))
             });
-            let tree = Tree::new().with("figure", filled.figure as u64).with("amounts", filled.amounts.clone());
+            let tree =
+                Tree::new().with("figure", filled.figure as u64).with("amounts", filled.amounts.clone());
             let tree = tree.with_some("graded", graded);
             Node::Inline(tree.with_some("family", (filled.family != 0).then_some(filled.family)))
         };
@@ -225,19 +229,22 @@ impl Mark {
     pub(super) fn read(table: &Table<'_>, pigments: usize) -> Result<Self, Fault> {
         let default = Self::default();
         let path = need_points(table, "path", 1)?;
+        if path.len() > MAX_POINTS {
+            let message = format!("`path` has {} points; a mark has {MAX_POINTS} at most", path.len());
+            return Err(table.fault("path", message).hint("make several marks of it"));
+        }
         let mut widths = table.real_list("widths", 0.0..=1000.0)?.unwrap_or_default();
         if widths.len() == 1 {
             widths = vec![widths[0]; path.len()];
         }
         if widths.len() != path.len() {
             let message = format!("`widths` has {} numbers for {} points", widths.len(), path.len());
-            return Err(table.fault("widths", message).hint("give one for each point of `path`, or one for all"));
+            return Err(table
+                .fault("widths", message)
+                .hint("give one for each point of `path`, or one for all"));
         }
-        let end_amounts = if table.has("end_amounts") {
-            Some(read_amounts(table, "end_amounts", pigments)?)
-        } else {
-            None
-        };
+        let end_amounts =
+            if table.has("end_amounts") { Some(read_amounts(table, "end_amounts", pigments)?) } else { None };
         Ok(Self {
             path,
             widths,

@@ -4,7 +4,7 @@ use girtin_optics::{LinearRgb, Srgb};
 use girtin_params::write::{Node, Tree};
 use girtin_wash::WashModel;
 
-use super::{Document, Event, FORMAT, Feed, Figure, Glaze, Mark, MapName, Outline, SheetSettings};
+use super::{Document, Event, FORMAT, Feed, Figure, Glaze, MapName, Mark, Outline, SheetSettings};
 use crate::area::{Area, Shape};
 
 impl Document {
@@ -108,9 +108,9 @@ impl Event {
                 .with("water", *water)
                 .with("amounts", amounts(of_each)),
             Self::Fill(fill) => fill.tree(does("fill")),
-            Self::Marks { marks, rim } => {
-                does("marks").with("rim", *rim).with("marks", Node::List(marks.iter().map(Mark::node).collect()))
-            }
+            Self::Marks { marks, rim } => does("marks")
+                .with("rim", *rim)
+                .with("marks", Node::List(marks.iter().map(Mark::node).collect())),
             Self::Moisten { area, volumes } => {
                 does("moisten").with("area", area.node()).with("volumes", *volumes)
             }

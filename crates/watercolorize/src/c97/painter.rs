@@ -287,7 +287,7 @@ impl C97Request<'_> {
             events: Vec::new(),
         };
         Document {
-        drawing: Vec::new(),
+            drawing: Vec::new(),
             title: self.title.to_owned(),
             sheet: self.sheet.clone(),
             glazes: self.glazes.mattes.iter().map(glaze).collect(),

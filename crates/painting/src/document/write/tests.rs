@@ -4,7 +4,7 @@ use girtin_wash::{C97Params, Capillary, LivingParams};
 use proptest::prelude::*;
 
 use super::*;
-use crate::document::Stock;
+use crate::document::{EdgeStretch, Fill, FilledFigure, Graded, Stock};
 use crate::gallery::{EFFECTS, LIVING, SWATCHES};
 
 fn both(document: &Document) -> [Result<Document, Problem>; 2] {
@@ -59,10 +59,55 @@ fn feed() -> impl Strategy<Value = Feed> {
     (area(), 0.0f64..=100.0, 0.001f64..=1000.0).prop_map(|(area, amount, level)| Feed { area, amount, level })
 }
 
-fn event(pigments: usize, is_living: bool) -> impl Strategy<Value = Event> {
+fn ring() -> impl Strategy<Value = Vec<[f64; 2]>> {
+    prop::collection::vec(point(), 3..5)
+}
+
+fn figure() -> impl Strategy<Value = Figure> {
+    prop::collection::vec(ring(), 1..3).prop_map(|rings| Figure { rings })
+}
+
+fn fill(pigments: usize, drawn: usize) -> impl Strategy<Value = Event> {
+    let amounts = move || prop::collection::vec(0.0f64..=100.0, pigments);
+    let graded = (point(), point(), amounts()).prop_map(|(a, b, amounts)| Graded { line: [a, b], amounts });
+    let filled = (0..drawn, amounts(), prop::option::of(graded), any::<u32>())
+        .prop_map(|(figure, amounts, graded, family)| FilledFigure { figure, amounts, graded, family });
+    let edge = (prop::collection::vec(point(), 1..3), 0.0f64..=9.0, 0.0f64..=9.0)
+        .prop_map(|(path, lost_mm, dry_mm)| EdgeStretch { path, lost_mm, dry_mm });
+    let numbers = (0.0f64..=100.0, 0.0f64..=1.0, 0.0f64..=1.0, 0.1f64..=1000.0, 0.0f64..=2.0);
+    (prop::collection::vec(filled, 0..3), prop::collection::vec(edge, 0..2), numbers).prop_map(
+        |(figures, edges, (water, uneven, charged, uneven_scale_mm, rim))| {
+            Event::Fill(Fill { figures, edges, water, uneven, charged, uneven_scale_mm, rim })
+        },
+    )
+}
+
+fn mark(pigments: usize) -> impl Strategy<Value = Mark> {
+    let amounts = move || prop::collection::vec(0.0f64..=100.0, pigments);
+    let path = prop::collection::vec((point(), 0.0f64..=1000.0), 1..4);
+    let numbers = ([0.0f64..=2.0, 0.0f64..=2.0, 0.0f64..=2.0], [0.0f64..=99.0, 0.0f64..=99.0]);
+    let shape = (-0.5f64..=0.5, prop::option::of(-80.0f64..=80.0), 0.0f64..=10.0);
+    (path, numbers, shape, amounts(), prop::option::of(amounts())).prop_map(
+        |(path, (dry, drag), (side, chisel_degrees, bead), amounts, end_amounts)| {
+            let (path, widths) = path.into_iter().unzip();
+            let bristles = dry.map(|x| 3.0 * x);
+            Mark { path, widths, side, chisel_degrees, dry, bristles, drag, amounts, end_amounts, bead }
+        },
+    )
+}
+
+fn event(pigments: usize, is_living: bool, drawn: usize) -> impl Strategy<Value = Event> {
     let amounts = || prop::collection::vec(0.0f64..=100.0, pigments);
     let part = || 0.0f64..=1.0;
+    // Without a drawing there is nothing to fill.
+    let filled = fill(pigments, drawn.max(1)).prop_map(move |event| match event {
+        Event::Fill(fill) if drawn == 0 => Event::Fill(Fill { figures: Vec::new(), ..fill }),
+        event => event,
+    });
     prop_oneof![
+        filled,
+        (prop::collection::vec(mark(pigments), 0..3), 0.0f64..=2.0)
+            .prop_map(|(marks, rim)| Event::Marks { marks, rim }),
         area().prop_map(|area| Event::Wet { area }),
         (area(), -100.0f64..=100.0).prop_map(|(area, amount)| Event::Water { area, amount }),
         (area(), amounts()).prop_map(|(area, amounts)| Event::Pigment { area, amounts }),
@@ -102,7 +147,7 @@ fn parameters<P: Parameters>(part: f64) -> P {
     parameters
 }
 
-fn glaze() -> impl Strategy<Value = Glaze> {
+fn glaze(drawn: usize) -> impl Strategy<Value = Glaze> {
     let names = || "[a-z0-9./]{1,8}";
     let outline = (names(), prop::option::of(names()), prop::option::of(names())).prop_map(
         |(regions, edges, masked)| Outline {
@@ -115,7 +160,7 @@ fn glaze() -> impl Strategy<Value = Glaze> {
     (0usize..=3, any::<bool>(), any::<bool>(), 0.0f64..=1.0).prop_flat_map(
         move |(count, is_living, has_layer, part)| {
             let outline = prop::option::of(outline.clone());
-            let events = prop::collection::vec(event(count, is_living), 0..4);
+            let events = prop::collection::vec(event(count, is_living, drawn), 0..4);
             let model = if is_living {
                 WashModel::Living(parameters::<LivingParams>(part))
             } else {
@@ -167,10 +212,14 @@ fn sheet() -> impl Strategy<Value = SheetSettings> {
 
 /// Any document that a file can hold.
 fn document() -> impl Strategy<Value = Document> {
-    ("\\PC{0,8}", sheet(), prop::collection::vec(glaze(), 0..3)).prop_map(|(title, sheet, glazes)| Document {
-        title,
-        sheet,
-        glazes,
+    prop::collection::vec(figure(), 0..3).prop_flat_map(|drawing| {
+        let glazes = prop::collection::vec(glaze(drawing.len()), 0..3);
+        ("\\PC{0,8}", sheet(), glazes).prop_map(move |(title, sheet, glazes)| Document {
+            title,
+            sheet,
+            drawing: drawing.clone(),
+            glazes,
+        })
     })
 }
 
