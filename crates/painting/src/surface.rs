@@ -14,9 +14,13 @@ const TOOTH: [f32; 2] = [0.8, 0.6];
 const PITS: [f32; 2] = [-0.5, 0.85];
 
 /// How amounts follow pits: those above a place's rank settle in it, some in specks, more so in clumps.
-const BY_PITS: f32 = 0.18;
-const BY_SPECKS: f32 = 0.30;
-const BY_CLUMPS: f32 = 0.16;
+const BY_PITS: f32 = 0.40;
+const BY_SPECKS: f32 = 0.14;
+const BY_CLUMPS: f32 = 0.14;
+/// Part of the peaks that a brush misses where it misses most, over which ranks it does, and how much paint is missing.
+const MISSED: f32 = 0.022;
+const MISSED_OVER: f32 = 0.015;
+const MISSED_LESS: f32 = 0.9;
 /// From which rank of pits on there are specks, where grains are scarce, and how much lower where they clump.
 const SPECKS_FROM: [f32; 2] = [0.90, 0.14];
 /// Least and most that grain makes of an amount.
@@ -69,11 +73,11 @@ impl Surface {
         // A brush feels all of it but the finest, grains settle in the finest.
         let sum = |octaves: &[(Noise, f64, f32)]| {
             let power: f32 = octaves.iter().map(|(_, _, seen)| seen * seen).sum::<f32>().max(0.05);
-            let scale = GRADIENT / power.sqrt();
+            let scale = SPECKLE / power.sqrt();
             Raster::by_rows(width, rows, |x, y| {
                 let at = place(x, y);
                 let octave = |(noise, mm, seen): &(Noise, f64, f32)| {
-                    if *seen > 0.0 { seen * noise.gradient(at.map(|at| at / mm)) as f32 } else { 0.0 }
+                    if *seen > 0.0 { seen * speckle(noise, at.map(|at| 2.0 * at / mm)) } else { 0.0 }
                 };
                 scale * octaves.iter().map(octave).sum::<f32>()
             })
@@ -104,11 +108,33 @@ impl Surface {
         let specks = ((pit - from) / 0.2).clamp(0.0, 1.0);
         // Grains are many where they clump and hardly any elsewhere.
         let gathered = clump * clump * clump;
-        let more =
-            BY_PITS * (0.5 + clump) * (pit - 0.5) + BY_SPECKS * gathered * specks + BY_CLUMPS * (clump - 0.5);
+        let more = BY_PITS * (0.4 + 1.2 * clump) * (pit - 0.5)
+            + BY_SPECKS * gathered * specks
+            + BY_CLUMPS * (clump - 0.5);
+        // Peaks that the brush went over without touching them.
+        let peak = (self.tooth.row(y)[x] - (1.0 - MISSED * (0.3 + gathered))) / MISSED_OVER;
+        let more = more - MISSED_LESS * peak.clamp(0.0, 1.0);
         (1.0 + granulation * more).clamp(GRAIN[0], GRAIN[1])
     }
 }
+
+/// Random values at the points of a lattice, smoothly between them: −1 to 1. Gradient noise is 0 at all of them, and what is
+/// left of it at the finest scales that are seen is worms.
+fn speckle(noise: &Noise, [x, y]: [f64; 2]) -> f32 {
+    let (column, row) = (libm::floor(x), libm::floor(y));
+    let ease = |t: f64| (t * t * (3.0 - 2.0 * t)) as f32;
+    let (u, v) = (ease(x - column), ease(y - row));
+    let value = |dx: i64, dy: i64| {
+        let bits = noise.bits([column as i64 + dx, row as i64 + dy]);
+        2.0 * random::unit_f64(random::mix(bits)) as f32 - 1.0
+    };
+    let above = value(0, 0) + u * (value(1, 0) - value(0, 0));
+    let below = value(0, 1) + u * (value(1, 1) - value(0, 1));
+    above + v * (below - above)
+}
+
+/// What makes the deviation of such values 1.
+const SPECKLE: f32 = 2.6;
 
 /// What makes the deviation of gradient noise 1.
 const GRADIENT: f32 = 3.6;

@@ -44,6 +44,16 @@ enum Kind {
     Dragged,
 }
 
+/// A stretch of a contour that is alike all along.
+struct Stretch {
+    kind: Kind,
+    /// Washes of its two sides, fewer first.
+    washes: [usize; 2],
+    path: Vec<[f32; 2]>,
+    /// How wide it is, deviations.
+    wide: f32,
+}
+
 impl Edges {
     /// Decides for the contours of shapes; `labels` tells which shape each cell belongs to, from 1.
     pub fn new(
@@ -76,7 +86,7 @@ impl Edges {
         for (number, shape) in shapes.iter().enumerate().skip(1) {
             for ring in &shape.rings {
                 let points = evenly(ring, (STEP * s) as f32);
-                let mut run: Option<(Kind, [usize; 2], Vec<[f32; 2]>, f32)> = None;
+                let mut run: Option<Stretch> = None;
                 let mut inked: Vec<[f32; 2]> = Vec::new();
                 let mut importance = 0.0;
                 for (at, &point) in points.iter().enumerate() {
@@ -113,11 +123,16 @@ impl Edges {
                     };
                     let span = [a.min(b), a.max(b)];
                     match &mut run {
-                        Some((of, range, path, _)) if *of == kind && *range == span => path.push(point),
+                        Some(run) if run.kind == kind && run.washes == span => run.path.push(point),
                         _ => {
                             edges.end(run.take(), study);
                             let wide = widths.sample(point[0], point[1]);
-                            run = (kind != Kind::Crisp).then(|| (kind, span, vec![point], wide));
+                            run = (kind != Kind::Crisp).then(|| Stretch {
+                                kind,
+                                washes: span,
+                                path: vec![point],
+                                wide,
+                            });
                         }
                     }
                     let is_line = sides[0] != sides[1]
@@ -143,8 +158,8 @@ impl Edges {
     }
 
     /// Keeps a stretch if it is long enough.
-    fn end(&mut self, run: Option<(Kind, [usize; 2], Vec<[f32; 2]>, f32)>, study: &Study) {
-        let Some((kind, [least, most], path, wide)) = run else { return };
+    fn end(&mut self, run: Option<Stretch>, study: &Study) {
+        let Some(Stretch { kind, washes: [least, most], path, wide }) = run else { return };
         let s = study.mount.long_edge;
         if (path.len() as f64) * STEP < LEAST {
             return;

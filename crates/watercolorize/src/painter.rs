@@ -33,6 +33,8 @@ const PLANNED: f64 = 0.4;
 /// Cells along the long edge that washes are simulated on, and how many a millimetre at most: water shows no more.
 const WASH_CELLS: f64 = 680.0;
 const WASH_CELLS_PER_MM: f64 = 3.0;
+/// The same as a part of the plan's cells: a small photograph has no more.
+const WASH_CELLS_OF_PLAN: f64 = 0.62;
 
 /// Most small lights.
 const MOST_LIGHTS: f64 = 72.0;
@@ -355,7 +357,8 @@ impl<'a> Planner<'a> {
         }
         let Request { mounting, paper, seed, long_edge, .. } = self.request;
         let settings = study.mount.sheet(mounting, paper, *seed, *long_edge);
-        let per_mm = (WASH_CELLS / mounting.long_edge_mm).min(WASH_CELLS_PER_MM);
+        let cells = WASH_CELLS.min(WASH_CELLS_OF_PLAN * study.mount.long_edge);
+        let per_mm = (cells / mounting.long_edge_mm).min(WASH_CELLS_PER_MM);
         let drawing = self.shapes.iter().map(|shape| Figure {
             rings: shape
                 .rings

@@ -2,7 +2,6 @@
 
 use girtin_grid::Raster;
 use girtin_optics::Coefficients;
-use rayon::prelude::*;
 
 /// Most pigments that are mixed in a wash.
 pub const MOST: usize = 8;
@@ -273,35 +272,6 @@ fn solved(mut system: [[f32; MOST + 1]; MOST], count: usize) -> [f32; MOST] {
     solution
 }
 
-/// Separates a picture: amounts of each pigment, where `where_painted` is set; elsewhere they stay `start`'s.
-///
-/// `wanted` is Lab, `ground` linear; `start` a first answer of the same size.
-pub fn separated(
-    paints: &Paints,
-    wanted: &Raster<[f32; 3]>,
-    ground: &Raster<[f32; 3]>,
-    start: Option<&Raster<[f32; MOST]>>,
-    where_painted: Option<&Raster<u8>>,
-    limits: &Limits,
-) -> Raster<[f32; MOST]> {
-    let (width, height) = (wanted.width(), wanted.height());
-    let cells: Vec<[f32; MOST]> = (0..height)
-        .into_par_iter()
-        .flat_map_iter(|y| {
-            let one = move |x: usize| {
-                let first = start.map(|start| start.at(x, y));
-                if where_painted.is_some_and(|painted| painted.at(x, y) == 0) {
-                    return first.unwrap_or_default();
-                }
-                let first = first.as_ref().map(|first| first.as_slice());
-                paints.separate(wanted.at(x, y), ground.at(x, y), first, limits).0
-            };
-            (0..width).map(one)
-        })
-        .collect();
-    Raster::from_vec(width, height, cells).unwrap_or_else(|| unreachable!("amounts for each cell"))
-}
-
 #[cfg(test)]
 mod tests {
     use girtin_optics::{Library, LinearRgb};
@@ -329,6 +299,14 @@ mod tests {
             assert!(worst < 2e-3, "{amounts:?}: {worst}");
             let (exact, found) = (exact.to_lab(), lab(found));
             assert!((exact.l - f64::from(found[0])).abs() < 0.3, "{} {}", exact.l, found[0]);
+        }
+    }
+
+    #[test]
+    fn lab_goes_both_ways() {
+        for color in [[0.02, 0.5, 0.9], [0.9, 0.01, 0.2], [0.001, 0.001, 0.002]] {
+            let back = from_lab(lab(color));
+            assert!(back.iter().zip(color).all(|(a, b)| (a - b).abs() < 2e-4), "{color:?} {back:?}");
         }
     }
 

@@ -125,7 +125,7 @@ impl Shapes {
         let mut washes = washes_of(&found, study, params);
         let is_sky = skies(&found, study);
         for (washes, _) in washes.iter_mut().zip(&is_sky).filter(|(_, is_sky)| **is_sky) {
-            *washes = (*washes).min(1).max(1);
+            *washes = 1;
         }
         let mut chance = Chance::new(seed, "shapes");
         let drift = [0, 1].map(|k| plane(seed, &format!("drift {k}"), study.mount.size, DRIFT.0 * s));
@@ -328,7 +328,7 @@ fn second_sky(shapes: &[Shape], found: &Masses, is_sky: &[bool], study: &Study, 
         return Vec::new();
     }
     let (s, size) = (study.mount.long_edge, study.mount.size);
-    let [wide, fine] = [0.055, 0.016].map(|sigma| plane(seed, &format!("sky {sigma}"), size, sigma * s));
+    let [wide, fine] = [0.08, 0.02].map(|sigma| plane(seed, &format!("sky {sigma}"), size, sigma * s));
     let sky = found.labels.map(|label| is_sky[label as usize]);
     let tone = study.planned.map(|color| color[0]);
     let smooth = gaussian_plane(&tone, 0.02 * s);
@@ -360,7 +360,7 @@ fn second_sky(shapes: &[Shape], found: &Masses, is_sky: &[bool], study: &Study, 
     let largest = shapes.iter().filter(|shape| shape.is_sky).max_by(|a, b| a.area.total_cmp(&b.area));
     let Some(largest) = largest else { return Vec::new() };
     let rings: Vec<_> =
-        around(&mask, s, 1.0).into_iter().filter(|ring| ring_area(ring) > 2.5e-3 * s * s).collect();
+        around(&mask, s, 1.6).into_iter().filter(|ring| ring_area(ring) > 6e-3 * s * s).collect();
     if rings.is_empty() {
         return Vec::new();
     }
