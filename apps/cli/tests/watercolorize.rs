@@ -151,7 +151,8 @@ fn json_tells_where_pigments_went() {
     let palette = told["palette"].as_array().unwrap();
     assert!(!palette.is_empty() && palette.iter().all(|id| QUICK.contains(id.as_str().unwrap())));
     for glaze in told["glazes"].as_array().unwrap() {
-        assert!(glaze["name"].as_str().unwrap().starts_with("wash"));
+        let name = glaze["name"].as_str().unwrap();
+        assert!(name.starts_with("wash") || ["tones and texture", "accents"].contains(&name), "{name}");
         for pigment in glaze["pigments"].as_array().unwrap() {
             let amount = |key: &str| pigment[key].as_f64().unwrap();
             let left = amount("laid") - amount("lifted");
@@ -180,11 +181,14 @@ fn stages_are_the_painting_after_each_wash() {
     paint(&folder, "photo.png a.png --stages st").fine();
     let first = decoded(&folder.read("st/01-wash.png")).to_rgb8();
     let second = decoded(&folder.read("st/02-wash.png")).to_rgb8();
-    assert!(second == decoded(&folder.read("a.png")).to_rgb8());
+    let count = fs::read_dir(folder.path("st")).unwrap().count();
+    // Two washes, the marks on them, and the palette.
+    assert!((3..=5).contains(&count), "{count}");
+    let last = decoded(&folder.read(&format!("st/{:02}-wash.png", count - 1))).to_rgb8();
+    assert!(last == decoded(&folder.read("a.png")).to_rgb8());
     let light = |picture: &RgbImage| picture.as_raw().iter().map(|&value| u64::from(value)).sum::<u64>();
     assert!(light(&first) > light(&second), "washes darken");
     assert!(png_size(&folder.read("st/palette.png")).0 > 100);
-    assert_eq!(fs::read_dir(folder.path("st")).unwrap().count(), 3);
 }
 
 /// Pixels of an entry of an archive.
@@ -206,7 +210,7 @@ fn layers_put_together_are_the_painting() {
     let mut stack = String::new();
     archive.by_name("stack.xml").unwrap().read_to_string(&mut stack).unwrap();
     let layers: Vec<&str> = stack.lines().filter(|line| line.contains("<layer ")).collect();
-    assert_eq!(layers.len(), 3, "{stack}");
+    assert!((3..=5).contains(&layers.len()), "{stack}");
     let mut flat: Option<Vec<f64>> = None;
     // The highest layer is the first.
     for layer in layers.iter().rev() {
@@ -298,7 +302,9 @@ fn presets_palettes_and_parameters() {
     folder.write("own.toml", "palette = [\"sepia\"]\npaper = \"rough\"\nwashes = 1\nplan_cells = 64\n");
     let told = folder.run("watercolorize photo.png a.png --preset own.toml --json").fine().json();
     assert_eq!((&told["palette"], &told["preset"]), (&serde_json::json!(["sepia"]), &"own.toml".into()));
-    assert_eq!(told["glazes"].as_array().unwrap().len(), 1);
+    let washes = told["glazes"].as_array().unwrap().iter().filter(|glaze| glaze["name"] == "wash 1");
+    assert_eq!(washes.count(), 1);
+    assert!(!told["glazes"].as_array().unwrap().iter().any(|glaze| glaze["name"] == "wash 2"));
     let mud = girtin::optics::Library::builtin().get("burnt-umber").unwrap().to_toml();
     let mud = mud.replace("burnt-umber", "mud").replace("[linear]", "[pigment.linear]");
     folder.write("two.toml", format!("pigments = [\"mud\", \"viridian\"]\n[[pigment]]\n{mud}"));
@@ -310,7 +316,7 @@ fn presets_palettes_and_parameters() {
         folder.run(&line).fine().json()["parameters"].clone()
     };
     assert_eq!(plan("--preset loose --washes 2 --wetness 2")["washes"], 2);
-    assert_eq!(plan("--set edge-threshold=2 --set ink=0.5")["edge_threshold"], 2.0);
+    assert_eq!(plan("--set lost-edges=2 --set ink=0.5")["lost_edges"], 2.0);
     let cells = |options: &str| plan(options)["plan_cells"].as_u64().unwrap();
     assert!(cells("--detail low") < cells("") && cells("") < cells("--detail high"));
 }

@@ -21,7 +21,9 @@ const BAND: usize = 32;
 const BANDS: usize = 32;
 
 /// Samples to each side of the part of the paper that its mean height is taken from.
-const LEVEL_SAMPLES: usize = 128;
+const LEVEL_SAMPLES: usize = 64;
+/// Fewest of them a millimetre.
+const LEVEL_PER_MM: f64 = 1.5;
 
 /// Samples of the drawing along a sample of the picture, if that is a pixel: what makes contours smooth.
 const LABELS: usize = 3;
@@ -68,7 +70,8 @@ impl<'a> Development<'a> {
         let glazes: Vec<(&Dried, &PlannedGlaze)> = glazes.into_iter().collect();
         let is_drawn = glazes.iter().any(|(_, glaze)| glaze.figures.is_some());
         let level = is_drawn.then(|| {
-            let per_mm = sheet.pixels_per_mm * sheet.samples as f64;
+            // So few samples a millimetre that paper is flat need no exact deviation, and metres of it would take minutes.
+            let per_mm = (sheet.pixels_per_mm * sheet.samples as f64).max(LEVEL_PER_MM);
             Level::of(&sheet.paper.height_field(LEVEL_SAMPLES, LEVEL_SAMPLES, per_mm, [0.0; 2]))
         });
         Self { sheet, glazes, level }

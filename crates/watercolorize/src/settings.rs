@@ -170,6 +170,11 @@ impl Preset {
 }
 
 impl PhotoParams {
+    /// Glazes of a painting at most: its washes, and layers of marks on them.
+    pub fn glazes(&self) -> u32 {
+        self.washes + 2 + u32::from(self.ink > 0.0)
+    }
+
     /// Cells along the long edge that a photograph of so many pixels is planned on: a small one needs fewer.
     pub fn cells_for(&self, pixels: [usize; 2]) -> f64 {
         let longest = pixels[0].max(pixels[1]) as f64;

@@ -242,7 +242,7 @@ fn claimed(
     let own = args.stock.paths().map(Path::to_owned);
     let files: Vec<PathBuf> = args.asked.files().chain(masks).chain(own).chain(photos.to_vec()).collect();
     let mut outputs = Outputs::new(args.means.write.output, files.iter().map(PathBuf::as_path));
-    let washes = recipes.iter().map(|recipe| recipe.params.washes).max().unwrap_or(0);
+    let washes = recipes.iter().map(|recipe| recipe.params.glazes()).max().unwrap_or(0);
     let mut errands = Vec::new();
     for photo in photos {
         let extra = (washes, args.means.talk);

@@ -90,7 +90,7 @@ impl Plan<'_> {
 
     fn glazes(&self) -> u64 {
         let mattes = self.errand.mattes.as_ref();
-        mattes.map_or(u64::from(self.recipe.params.washes), |mattes| mattes.glazes() as u64)
+        mattes.map_or(u64::from(self.recipe.params.glazes()), |mattes| mattes.glazes() as u64)
     }
 
     /// Bytes of memory, about.
