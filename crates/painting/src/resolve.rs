@@ -8,6 +8,7 @@ use girtin_optics::{Coefficients, LinearRgb, Pigment};
 use girtin_paper::{HeightSource, Sheet};
 use girtin_params::Place;
 use girtin_wash::{Ledger, PigmentHandling, WashModel};
+use rayon::prelude::*;
 
 use crate::area::{Area, Canvas, Coverage, Shape, TAPER_MM};
 use crate::brush::PlannedMark;
@@ -96,23 +97,24 @@ pub struct PlannedFigures {
 impl PlannedFigures {
     /// How much of each pigment its marks leave, in amounts of a cell, so many a millimetre, on paper of middling tooth.
     pub fn marked(&self, cells_per_mm: f64) -> Vec<f64> {
-        let sum = |pigment: usize| {
-            let of_mark = |mark: &PlannedMark| {
-                let [low, high] = mark.bounds();
-                let range =
-                    |axis: usize| (low[axis] * cells_per_mm) as i64..(high[axis] * cells_per_mm) as i64 + 1;
-                let places = range(1).flat_map(|y| range(0).map(move |x| [x, y]));
-                places
-                    .filter_map(|place| {
-                        let at = place.map(|cell| (cell as f64 + 0.5) / cells_per_mm);
-                        let touch = mark.at(at, 0.5, 0.0, cells_per_mm as f32)?;
-                        Some(f64::from(touch.covered * mark.amounts(&touch, pigment)))
-                    })
-                    .sum::<f64>()
-            };
-            self.marks.iter().map(of_mark).sum()
+        let pigments = self.grain.len();
+        let of_mark = |mark: &PlannedMark| {
+            let mut sums = vec![0.0f64; pigments];
+            let [low, high] = mark.bounds();
+            let range =
+                |axis: usize| (low[axis] * cells_per_mm) as i64..(high[axis] * cells_per_mm) as i64 + 1;
+            for [x, y] in range(1).flat_map(|y| range(0).map(move |x| [x, y])) {
+                let at = [x, y].map(|cell| (cell as f64 + 0.5) / cells_per_mm);
+                let Some(touch) = mark.at(at, 0.5, 0.0, cells_per_mm as f32) else { continue };
+                for (pigment, sum) in sums.iter_mut().enumerate() {
+                    *sum += f64::from(touch.covered * mark.amounts(&touch, pigment));
+                }
+            }
+            sums
         };
-        (0..self.grain.len()).map(sum).collect()
+        // Summed in their order, whatever threads do.
+        let each: Vec<Vec<f64>> = self.marks.par_iter().map(of_mark).collect();
+        (0..pigments).map(|pigment| each.iter().map(|sums| sums[pigment]).sum()).collect()
     }
 }
 
