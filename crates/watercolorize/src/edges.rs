@@ -22,7 +22,7 @@ const BY_CHANCE: (f32, f64) = (1.6, 0.03);
 const FADES: [f32; 2] = [0.004, 0.018];
 const DRAGGED: [f32; 2] = [0.006, 0.020];
 /// Deviations of that noise from which on the painting's end is dragged.
-const BORDER_DRAGGED: f32 = 0.5;
+const BORDER_DRAGGED: f32 = 0.9;
 /// Attention from which on no contour is dragged.
 const KEPT: f32 = 0.5;
 /// Step of the photograph from which on a contour is drawn in ink, and at which noise the pen is lifted.
