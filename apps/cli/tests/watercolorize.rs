@@ -401,7 +401,7 @@ fn a_plan_lists_all_that_is_written_and_a_named_folder_is_made() {
         "save: new/photo.girtin",
         "layers: a.ora",
         "timelapse: a.gif",
-        "stages: new/photo/01-wash.png, new/photo/02-wash.png, new/photo/palette.png",
+        "stages: new/photo/01-wash.png, new/photo/02-wash.png, new/photo/03-wash.png, new/photo/04-wash.png, new/photo/palette.png",
     ] {
         assert!(plan.contains(said), "{said} in {plan}");
     }

@@ -176,9 +176,11 @@ impl Shapes {
             .collect();
         let sky = found.labels.map(|label| f32::from(u8::from(is_sky[label as usize])));
         // Over the sky, under all that stands before it.
-        let above = shapes.iter().rposition(|shape| shape.is_sky).map_or(0, |last| last + 1);
-        let second = second_sky(&shapes, &found, &is_sky, study, seed);
-        shapes.splice(above..above, second);
+        if params.washes > 1 {
+            let above = shapes.iter().rposition(|shape| shape.is_sky).map_or(0, |last| last + 1);
+            let second = second_sky(&shapes, &found, &is_sky, study, seed);
+            shapes.splice(above..above, second);
+        }
         Self { shapes, sky }
     }
 }
