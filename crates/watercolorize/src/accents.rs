@@ -51,7 +51,7 @@ const LIGHT_SHARES: [f64; 3] = [0.6, 0.8, 0.97];
 const LIGHT_ABOVE: f32 = 48.0;
 /// Least part of the way from the mass around to the picture's white that a light goes: bare paper goes all of it, and of
 /// half lights it makes chips. A long line may do with less.
-const LIGHT_WAY: [f32; 2] = [0.45, 0.32];
+const LIGHT_WAY: [f32; 2] = [0.42, 0.3];
 /// A light shorter than so many widths, and than this, is a spot.
 const SPOT: [f32; 2] = [2.2, 0.012];
 /// Length over width of a long line.
