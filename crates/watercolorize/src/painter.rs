@@ -229,6 +229,8 @@ struct Planner<'a> {
     request: &'a Request<'a>,
     study: &'a Study,
     shapes: Vec<Shape>,
+    /// Which of them each cell belongs to, from 1.
+    labels: Raster<u16>,
     edges: Edges,
     /// Marks of each layer, from the first.
     layers: Vec<(&'static str, Vec<Gesture>)>,
@@ -282,17 +284,15 @@ impl<'a> Planner<'a> {
         let labels = self::labels(&shapes, study);
         let edges = Edges::new(study, &shapes, &labels, params, seed);
         let sheet = Sheet { study, shapes: &shapes, labels: &labels, seed };
-        let layers = vec![
+        let mut layers = vec![
             ("tones and texture", [sheet.inner_tones(params), sheet.texture(params)].concat()),
             ("accents", sheet.accents(params)),
             ("ink", sheet.ink(&edges.inked, params)),
         ];
-        let mut planner = Self { request, study, layers, edges, shapes: Vec::new() };
-        for (_, layer) in &mut planner.layers {
+        for (_, layer) in &mut layers {
             layer.retain(|gesture| sheet.is_free(gesture));
         }
-        planner.shapes = shapes;
-        planner
+        Self { request, study, shapes, labels, edges, layers }
     }
 
     fn document(&self, pigments: &[&Pigment], paints: &Paints) -> Document {
@@ -313,11 +313,10 @@ impl<'a> Planner<'a> {
             outline: None,
             events,
         };
-        let labels = labels(&self.shapes, study);
         let mut glazes = Vec::new();
         for wash in 0..MOST_WASHES {
             let families =
-                families(&self.shapes, &mixes, &labels, wash, paints, paper, params.wetness as f32);
+                families(&self.shapes, &mixes, &self.labels, wash, paints, paper, params.wetness as f32);
             let figures: Vec<FilledFigure> = self
                 .shapes
                 .iter()
@@ -349,7 +348,7 @@ impl<'a> Planner<'a> {
             ];
             glazes.push(glaze(format!("wash {}", wash + 1), physics(wash, params), events));
         }
-        let sheet = Sheet { study, shapes: &self.shapes, labels: &labels, seed: self.request.seed };
+        let sheet = Sheet { study, shapes: &self.shapes, labels: &self.labels, seed: self.request.seed };
         for (name, gestures) in self.layers.iter().filter(|(_, gestures)| !gestures.is_empty()) {
             let marks = gestures.par_iter().map(|gesture| mark(gesture, &sheet, paints)).collect();
             let events = vec![Event::Marks { marks, rim: hundredths(MARK_RIMS * params.rims).min(2.0) }];
