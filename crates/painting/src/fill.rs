@@ -40,10 +40,21 @@ const RIM: [f32; 3] = [0.05, 0.55, 1.15];
 /// Length over which chance changes along a contour, mm.
 const RIM_CHANGES_MM: f64 = 9.0;
 
+/// Where a contour within a family holds and where it is lost: deviations of a noise, over so many mm.
+const HELD: [f32; 2] = [-0.9, 0.7];
+const HELD_MM: f64 = 14.0;
+/// How much more and less paint the hairs of a brush leave, how long and wide their traces are, mm, and over what lengths they
+/// are seen more and less.
+const HAIRS: f32 = 0.09;
+const HAIRS_MM: [f64; 2] = [16.0, 1.7];
+const HAIRS_SEEN_MM: f64 = 22.0;
+
 /// A figure's paint.
 #[derive(Clone, Debug)]
 struct Paint {
     family: u16,
+    /// Cosine and sine of the direction it is laid in.
+    laid: [f64; 2],
     amounts: Vec<f32>,
     /// Where a steady change begins, its direction over its length squared, and what it ends in.
     graded: Option<([f64; 2], [f64; 2], Vec<f32>)>,
@@ -57,7 +68,11 @@ impl Paint {
             let square = ((bx - ax) * (bx - ax) + (by - ay) * (by - ay)).max(1e-9);
             ([ax, ay], [(bx - ax) / square, (by - ay) / square], single(&graded.amounts))
         });
+        let laid = filled.laid_degrees.map_or([BRUSHED[0], BRUSHED[1]], |degrees| {
+            [libm::cos(degrees.to_radians()), libm::sin(degrees.to_radians())]
+        });
         Self {
+            laid,
             family: u16::try_from(filled.family).unwrap_or(u16::MAX - 1) + 1,
             amounts: single(&filled.amounts),
             graded,
@@ -77,7 +92,8 @@ impl Paint {
 #[derive(Clone, Debug)]
 pub struct PlannedFill {
     paints: Vec<Option<Paint>>,
-    /// Family of every cell and some around the wash; 0 is none.
+    /// Figure of every cell and some around the wash, from 1, and its family; 0 is none.
+    figures: Raster<u16>,
     families: Raster<u16>,
     /// Whether water comes to a cell.
     wet: Raster<bool>,
@@ -212,7 +228,7 @@ impl PlannedFill {
                 }
                 let [x, y] = brushed([x, y]);
                 let at = [x / (CHARGED * scale) + 17.3 * pigment as f64, y / (CHARGED * scale)];
-                let n = 2.6 * noise.fbm(at, Fractal { octaves: 2, gain: 0.4 }) as f32;
+                let n = 2.6 * noise.fbm(at, Fractal { octaves: 4, gain: 0.62 }) as f32;
                 (1.0 + charged * n.clamp(-MOST_UNEVEN, MOST_UNEVEN)).max(0.15)
             };
             let amount = Raster::by_rows(width, height, |x, y| {
@@ -232,7 +248,8 @@ impl PlannedFill {
             Some(figure) => paints[usize::from(figure)].as_ref().map_or(0, |paint| paint.family),
             None => 0,
         });
-        Self { families, wet, inside, lost, dry, rim: fill.rim as f32, noise, paints }
+        let rim = fill.rim as f32;
+        Self { figures: carried, families, wet, inside, lost, dry, rim, noise, paints }
     }
 
     /// Carries what dried on into cells around the wash.
@@ -338,13 +355,16 @@ impl PlannedFill {
             let one = xs.iter().all(|&x| column[x] == family);
             let weights = spline(fx);
             let near = (!one).then(|| self.within(family, x, y));
+            let held = paint.and_then(|paint| self.held(paint, label, mm, [x, y], ys[1], xs[1]));
+            let streak = paint.map_or(1.0, |paint| self.streak(paint, mm));
             for (pigment, (row_out, grain)) in amounts.iter_mut().zip(grain).enumerate() {
                 let amount = match &near {
                     None => xs.iter().zip(weights).map(|(&x, w)| w * blended[pigment][x]).sum(),
                     Some(Some(near)) => near.iter().map(|&(x, y, w)| w * dried[pigment].row(y)[x]).sum(),
                     Some(None) => paint.map_or(0.0, |paint| paint.at(mm, pigment)),
                 };
-                row_out[at] = amount * rim * row.surface.grain(at, row.y, *grain);
+                let held = held.as_ref().map_or(1.0, |held| held[pigment]);
+                row_out[at] = amount * held * streak * rim * row.surface.grain(at, row.y, *grain);
             }
         }
     }
@@ -369,6 +389,62 @@ impl PlannedFill {
         let sum: f32 = cells.iter().map(|cell| cell.2).sum();
         cells.iter_mut().for_each(|cell| cell.2 /= sum);
         (sum > 0.02).then_some(cells)
+    }
+
+    /// What a figure's own contour, exact, makes of amounts of its family that ran on cells: where it was nearly dry it holds.
+    fn held(
+        &self,
+        paint: &Paint,
+        label: u16,
+        mm: [f64; 2],
+        [x, y]: [f32; 2],
+        row: usize,
+        column: usize,
+    ) -> Option<Vec<f32>> {
+        let (right, below) =
+            ((column + 1).min(self.figures.width() - 1), (row + 1).min(self.figures.height() - 1));
+        let (fx, fy) = (x.fract(), y.fract());
+        let cells = [
+            (self.figures.row(row)[column], (1.0 - fx) * (1.0 - fy)),
+            (self.figures.row(row)[right], fx * (1.0 - fy)),
+            (self.figures.row(below)[column], (1.0 - fx) * fy),
+            (self.figures.row(below)[right], fx * fy),
+        ];
+        if cells.iter().all(|cell| cell.0 == label) {
+            return None;
+        }
+        let at = mm.map(|mm| mm / HELD_MM);
+        let chance = 2.4 * self.noise.fbm([at[0] + 91.0, at[1]], Fractal { octaves: 2, gain: 0.5 }) as f32;
+        let held = smoothstep(HELD[0], HELD[1], chance);
+        let of = |pigment: usize| {
+            let (mut sum, mut all) = (0.0, 0.0);
+            for (label, share) in cells {
+                let Some(other) = label.checked_sub(1).and_then(|at| self.paints[usize::from(at)].as_ref())
+                else {
+                    continue;
+                };
+                if other.family == paint.family {
+                    sum += share * other.at(mm, pigment);
+                    all += share;
+                }
+            }
+            let (own, mean) = (paint.at(mm, pigment), sum / all.max(1e-6));
+            if mean < 1e-4 { 1.0 } else { (1.0 + held * (own / mean - 1.0)).clamp(0.3, 3.0) }
+        };
+        Some((0..paint.amounts.len()).map(of).collect())
+    }
+
+    /// What the hairs of a brush make of the amount at a place.
+    fn streak(&self, paint: &Paint, [x, y]: [f64; 2]) -> f32 {
+        let [cos, sin] = paint.laid;
+        let (along, across) = (cos * x + sin * y, cos * y - sin * x);
+        let lane = 2.4
+            * self.noise.fbm(
+                [along / HAIRS_MM[0] + 3.1 * f64::from(paint.family), across / HAIRS_MM[1]],
+                Fractal { octaves: 2, gain: 0.6 },
+            ) as f32;
+        let place = 2.4 * self.noise.fbm([x / HAIRS_SEEN_MM + 41.0, y / HAIRS_SEEN_MM], Fractal { octaves: 2, gain: 0.5 }) as f32;
+        1.0 + HAIRS * smoothstep(-0.8, 1.2, place) * lane.clamp(-2.0, 2.0)
     }
 
     /// How much of a place a brush touches that runs dry towards an edge `inside` mm away.

@@ -13,12 +13,16 @@ const TOOTH: [f32; 2] = [0.8, 0.6];
 /// How they make the pits where grains settle: mostly finer than the paper, or pebbles would be traced as worms.
 const PITS: [f32; 2] = [-0.5, 0.85];
 
+/// Wavelengths of the unevenness with which grains settle from water that stood, mm, and how strong each is.
+const SETTLED_MM: [(f64, f32); 2] = [(2.6, 0.8), (5.5, 0.6)];
+const BY_SETTLING: f32 = 0.10;
+
 /// How amounts follow pits: those above a place's rank settle in it, some in specks, more so in clumps.
 const BY_PITS: f32 = 0.40;
 const BY_SPECKS: f32 = 0.14;
 const BY_CLUMPS: f32 = 0.14;
 /// Part of the peaks that a brush misses where it misses most, over which ranks it does, and how much paint is missing.
-const MISSED: f32 = 0.022;
+const MISSED: f32 = 0.014;
 const MISSED_OVER: f32 = 0.015;
 const MISSED_LESS: f32 = 0.9;
 /// From which rank of pits on there are specks, where grains are scarce, and how much lower where they clump.
@@ -35,6 +39,8 @@ pub struct Surface {
     pits: Raster<f32>,
     /// Rank of each sample's surroundings as a place where grains gather, 0 to 1.
     clumps: Raster<f32>,
+    /// How much more settles at a sample than around, mean 0 and deviation about 1.
+    settled: Raster<f32>,
     /// What holds a contour or lets it go, mean 0 and deviation about 1.
     pub pins: Raster<f32>,
 }
@@ -96,6 +102,17 @@ impl Surface {
             clumps: Raster::by_rows(width, rows, |x, y| {
                 rank(GRADIENT * clumping.gradient(place(x, y).map(|at| at / CLUMP_MM)) as f32)
             }),
+            settled: {
+                let noises = SETTLED_MM.map(|(mm, share)| (noise(&format!("settled {mm}")), mm, share));
+                let norm = SPECKLE / noises.iter().map(|(.., share)| share * share).sum::<f32>().sqrt();
+                Raster::by_rows(width, rows, |x, y| {
+                    let at = place(x, y);
+                    let value = |(noise, mm, share): &(Noise, f64, f32)| {
+                        share * speckle(noise, at.map(|at| 2.0 * at / mm))
+                    };
+                    norm * noises.iter().map(value).sum::<f32>()
+                })
+            },
             pins: Raster::by_rows(width, rows, |x, y| 0.6 * standing.row(y)[x] + 0.8 * unevenness.row(y)[x]),
         }
     }
@@ -110,7 +127,8 @@ impl Surface {
         let gathered = clump * clump * clump;
         let more = BY_PITS * (0.4 + 1.2 * clump) * (pit - 0.5)
             + BY_SPECKS * gathered * specks
-            + BY_CLUMPS * (clump - 0.5);
+            + BY_CLUMPS * (clump - 0.5)
+            + BY_SETTLING * (0.3 + 0.9 * clump) * self.settled.row(y)[x];
         // Peaks that the brush went over without touching them.
         let peak = (self.tooth.row(y)[x] - (1.0 - MISSED * (0.3 + gathered))) / MISSED_OVER;
         let more = more - MISSED_LESS * peak.clamp(0.0, 1.0);

@@ -21,6 +21,9 @@ const BY_CHANCE: (f32, f64) = (1.6, 0.03);
 /// How far paint fades, and how far it is dragged, parts of the long edge.
 const FADES: [f32; 2] = [0.004, 0.018];
 const DRAGGED: [f32; 2] = [0.006, 0.020];
+/// Deviations of a noise beyond which a cloud is lost in the sky.
+const CLOUDS: f32 = -0.2;
+const CLOUDS_FADE: [f32; 2] = [0.006, 0.020];
 /// Deviations of that noise from which on the painting's end is dragged.
 const BORDER_DRAGGED: f32 = 0.9;
 /// Attention from which on no contour is dragged.
@@ -52,6 +55,8 @@ struct Stretch {
     path: Vec<[f32; 2]>,
     /// How wide it is, deviations.
     wide: f32,
+    /// Whether both sides are sky.
+    is_cloud: bool,
 }
 
 impl Edges {
@@ -79,6 +84,13 @@ impl Edges {
                 .and_then(|shape| shapes.get(usize::from(shape)))
                 .is_some_and(|shape| shape.is_border)
         };
+        let is_sky = |label: u16| {
+            label
+                .checked_sub(1)
+                .and_then(|shape| shapes.get(usize::from(shape)))
+                .is_some_and(|shape| shape.is_sky)
+        };
+        let clouds = plane(seed, "clouds", study.mount.size, 0.06 * s);
         let label_at = |[x, y]: [f32; 2]| {
             let held = |at: f32, of: usize| (at.max(0.0) as usize).min(of - 1);
             labels.at(held(x, labels.width()), held(y, labels.height()))
@@ -114,7 +126,7 @@ impl Edges {
                         } else {
                             Kind::Crisp
                         }
-                    } else if lost > 0.0 && step < soft {
+                    } else if lost > 0.0 && (step < soft || (sides.into_iter().all(is_sky) && clouds.sample(point[0], point[1]) > CLOUDS)) {
                         Kind::Lost
                     } else if dry > 0.0 && chance(&dragging, dry, BY_CHANCE.0) && face < 0.1 {
                         Kind::Dragged
@@ -132,6 +144,7 @@ impl Edges {
                                 washes: span,
                                 path: vec![point],
                                 wide,
+                                is_cloud: sides.into_iter().all(is_sky),
                             });
                         }
                     }
@@ -159,17 +172,18 @@ impl Edges {
 
     /// Keeps a stretch if it is long enough.
     fn end(&mut self, run: Option<Stretch>, study: &Study) {
-        let Some(Stretch { kind, washes: [least, most], path, wide }) = run else { return };
+        let Some(Stretch { kind, washes: [least, most], path, wide, is_cloud }) = run else { return };
         let s = study.mount.long_edge;
         if (path.len() as f64) * STEP < LEAST {
             return;
         }
+        let fades = if is_cloud { CLOUDS_FADE } else { FADES };
         let between = |[low, high]: [f32; 2]| {
             let part = (0.5 + 0.3 * wide).clamp(0.0, 1.0);
             crate::study::hundredths(f64::from(low + part * (high - low)) * s / study.mount.cells_per_mm)
         };
         let (lost_mm, dry_mm) = match kind {
-            Kind::Lost => (between(FADES), 0.0),
+            Kind::Lost => (between(fades), 0.0),
             Kind::Dragged => (0.0, between(DRAGGED)),
             Kind::Crisp => return,
         };

@@ -32,6 +32,7 @@ pub mod contours;
 pub mod shapes;
 mod border;
 mod edges;
+mod brushwork;
 pub mod tracer;
 pub mod accents;
 pub mod rules;

@@ -46,6 +46,28 @@ pub fn glazed(paints: &Paints, wanted: [f32; 3], ground: [f32; 3], washes: usize
         .collect()
 }
 
+/// The same for a glaze: its first washes are those of another color, so many of them, that lies beside it.
+pub fn glazed_over(
+    paints: &Paints,
+    wanted: [f32; 3],
+    (first, of_first): ([f32; 3], usize),
+    ground: [f32; 3],
+    washes: usize,
+) -> Vec<Vec<f32>> {
+    let mut laid = glazed(paints, first, ground, of_first.min(washes));
+    let mut below = laid.iter().fold(ground, |below, amounts| paints.over(amounts, below));
+    let above = washes.saturating_sub(laid.len());
+    let color = linear(wanted);
+    for wash in 0..above {
+        let aim = if wash + 1 == above { color } else { thinned(color, LIGHTEST[laid.len()]) };
+        let (amounts, _) = paints.separate(lab(aim), below, None, &LIMITS);
+        let amounts = rounded(paints, &amounts);
+        below = paints.over(&amounts, below);
+        laid.push(amounts);
+    }
+    laid
+}
+
 /// The amounts that make a color over one that lies there already.
 pub fn over(paints: &Paints, wanted: [f32; 3], ground: [f32; 3]) -> Vec<f32> {
     let (amounts, _) = paints.separate(lab(linear(wanted)), ground, None, &LIMITS);

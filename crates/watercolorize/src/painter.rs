@@ -17,7 +17,7 @@ use crate::accents::lights;
 use crate::border::border;
 use crate::contours::around;
 use crate::edges::Edges;
-use crate::mixing::{glazed, linear, over, stored as stored_amounts};
+use crate::mixing::{glazed, glazed_over, linear, over, stored as stored_amounts};
 use crate::mount::{Mount, Mounting, PAPER};
 use crate::palette::{Cluster, choose};
 use crate::separate::{MOST, Paints};
@@ -47,14 +47,14 @@ const WATER: [f64; MOST_WASHES] = [0.60, 0.45, 0.42, 0.40];
 const UNEVEN: [f64; MOST_WASHES] = [0.12, 0.18, 0.18, 0.16];
 const UNEVEN_OVER: f64 = 0.07;
 /// How far the pigments of each wash part.
-const CHARGED: [f64; MOST_WASHES] = [0.14, 0.20, 0.24, 0.28];
+const CHARGED: [f64; MOST_WASHES] = [0.20, 0.28, 0.32, 0.34];
 /// Steps that each wash has to dry in.
 const STEPS: [u32; MOST_WASHES] = [420, 300, 280, 240];
 /// Rims of each wash, and of marks.
 const RIMS: [f64; MOST_WASHES] = [0.8, 1.1, 1.1, 0.9];
 const MARK_RIMS: f64 = 0.6;
 /// How far paint flows in each wash, times the living wash's own diffusion; and how far at most, its own measure.
-const FLOWS: [f64; MOST_WASHES] = [2.5, 1.0, 0.5, 0.2];
+const FLOWS: [f64; MOST_WASHES] = [0.9, 0.5, 0.3, 0.15];
 const MOST_DIFFUSION: f64 = 0.02;
 /// Granulation of every wash, by a pigment's own.
 const GRAIN: f64 = 0.7;
@@ -242,7 +242,12 @@ impl<'a> Planner<'a> {
         let found = Shapes::new(study, params, seed);
         let mut shapes = found.shapes;
         let s = study.mount.long_edge;
-        let labels = labels(&shapes, study);
+        let mut labels = labels(&shapes, study);
+        if std::env::var("NOBRUSH").is_err() {
+            let strokes = crate::brushwork::brushwork(study, &shapes, &labels, params, seed);
+            shapes.extend(strokes);
+            labels = self::labels(&shapes, study);
+        }
         // Small lights lie over all, and no wash fills them.
         let fine = girtin_grid::blur::gaussian_plane(&study.lab.map(|color| color[0]), 0.0009 * s);
         let chroma = study.lab.map(|[_, a, b]| libm::hypotf(a, b));
@@ -302,7 +307,15 @@ impl<'a> Planner<'a> {
         let mixes: Vec<[Vec<Vec<f32>>; 2]> = self
             .shapes
             .par_iter()
-            .map(|shape| shape.colors.map(|color| glazed(paints, color, paper, shape.washes)))
+            .map(|shape| {
+                [0, 1].map(|end: usize| match shape.over {
+                    Some((first, of_first)) => {
+                        let first = (first[end], of_first);
+                        glazed_over(paints, shape.colors[end], first, paper, shape.washes)
+                    }
+                    None => glazed(paints, shape.colors[end], paper, shape.washes),
+                })
+            })
             .collect();
         let names: Vec<String> = pigments.iter().map(|pigment| pigment.id.clone()).collect();
         let glaze = |name: String, physics: LivingParams, events: Vec<Event>| Glaze {
@@ -326,7 +339,8 @@ impl<'a> Planner<'a> {
                     let [begin, end] = [0, 1].map(|end: usize| stored_amounts(&mixes[figure][end][wash]));
                     let graded = (begin != end)
                         .then(|| Graded { line: shape.line.map(|end| study.mm(end)), amounts: end });
-                    FilledFigure { figure, amounts: begin, graded, family: families[figure] }
+                    let laid_degrees = shape.laid.map(|angle| libm::round(f64::from(angle.to_degrees())));
+                    FilledFigure { figure, amounts: begin, graded, family: families[figure], laid_degrees }
                 })
                 .collect();
             if figures.is_empty() {

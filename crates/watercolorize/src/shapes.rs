@@ -10,6 +10,8 @@ use crate::settings::PhotoParams;
 use crate::study::{Plane, Study};
 use crate::values::LEVELS;
 
+/// How large masses are by default, over those that follow a tone closely: what they leave flat is modelled with strokes.
+const MASSES: f32 = 1.6;
 /// How far a gradient may go from a shape's middle, Lab L; how much of it hue follows, and how far, Lab a and b.
 const GRADIENT: f32 = 15.0;
 const HUE_GRADIENT: (f32, f32) = (0.7, 10.0);
@@ -42,6 +44,9 @@ const LEAST_SKY: f64 = 0.04;
 /// A second wash of the sky: part of it, how much darker, Lab L, and how much more colorful.
 const SECOND: (f64, f32, f32) = (0.36, 5.5, 1.15);
 
+/// Shapes so many times as long as wide are laid along their length.
+const LONG: f32 = 2.5;
+
 /// Attention below which a shape is background.
 const BACKGROUND: f32 = 0.5;
 
@@ -56,10 +61,17 @@ pub struct Shape {
     pub line: [[f32; 2]; 2],
     /// How many washes cover it; 0 is paper.
     pub washes: usize,
+    /// What it is a glaze over, if it is one: colors at the two ends, Lab, and how many washes make them. Those lie below it as
+    /// they lie beside it.
+    pub over: Option<([[f32; 3]; 2], usize)>,
     /// Area, cells.
     pub area: f64,
     /// How exactly it is drawn.
     pub attention: f32,
+    /// Hue of the photograph there, Lab a and b.
+    pub seen: [f32; 2],
+    /// Direction that it is laid in, radians from the rows downward, if it has one of its own.
+    pub laid: Option<f32>,
     /// Whether it is of the sky.
     pub is_sky: bool,
     /// Whether it is where the painting ends.
@@ -84,8 +96,11 @@ impl Shape {
             colors: [paper; 2],
             line: [[0.0; 2], [1.0, 0.0]],
             washes: 0,
+            over: None,
             area: 0.0,
             attention: 1.0,
+            seen: [0.0, 2.0],
+            laid: None,
             is_sky: false,
             is_border: false,
         }
@@ -119,7 +134,7 @@ impl Shapes {
             foliage: &study.texture.foliage,
             busy: &study.texture.busy,
             long_edge: s,
-            coarseness: params.masses as f32,
+            coarseness: MASSES * params.masses as f32,
         });
         let sums = sums(&found, study);
         let mut washes = washes_of(&found, study, params);
@@ -162,13 +177,18 @@ impl Shapes {
                     });
                     [tone, tint[0] + lean[0], tint[1] + lean[1]]
                 });
+                let rings = contour.rings;
+                let is_cloud = is_sky[contour.mass] && rings.len() == 1 && rings[0].len() > 4;
                 Shape {
-                    rings: contour.rings,
+                    rings: if is_cloud { rings.iter().map(|ring| rounded(ring)).collect() } else { rings },
                     colors,
                     line,
                     washes: washes[contour.mass],
+                    over: None,
                     area: mass.area,
                     attention: mass.attention,
+                    seen: [mass.mean[1], mass.mean[2]],
+                    laid: (mass.elongation > LONG).then_some(mass.direction),
                     is_sky: is_sky[contour.mass],
                     is_border: false,
                 }
@@ -361,13 +381,30 @@ fn second_sky(shapes: &[Shape], found: &Masses, is_sky: &[bool], study: &Study, 
     let mask = Raster::by_rows(size[0], size[1], |x, y| sky.at(x, y) && level.at(x, y) > least);
     let largest = shapes.iter().filter(|shape| shape.is_sky).max_by(|a, b| a.area.total_cmp(&b.area));
     let Some(largest) = largest else { return Vec::new() };
-    let rings: Vec<_> =
-        around(&mask, s, 1.6).into_iter().filter(|ring| ring_area(ring) > 6e-3 * s * s).collect();
+    let rings =
+        around(&mask, s, 1.6).into_iter().filter(|ring| ring_area(ring) > 6e-3 * s * s);
+    let rings: Vec<_> = rings.map(|ring| rounded(&ring)).collect();
     if rings.is_empty() {
         return Vec::new();
     }
     let colors = largest.colors.map(|[l, a, b]| [l - SECOND.1, a * SECOND.2, b * SECOND.2 - 1.5]);
-    vec![Shape { rings, colors, washes: 2, ..largest.clone() }]
+    let over = Some((largest.colors, largest.washes));
+    vec![Shape { rings, colors, washes: largest.washes + 1, over, ..largest.clone() }]
+}
+
+/// A ring with its corners cut twice: clouds have none.
+///
+/// # Source
+/// Chaikin, *An algorithm for high-speed curve generation*, 1974.
+fn rounded(ring: &[[f32; 2]]) -> Vec<[f32; 2]> {
+    let cut = |ring: &[[f32; 2]]| -> Vec<[f32; 2]> {
+        let sides = ring.iter().zip(ring.iter().cycle().skip(1));
+        let part = |a: [f32; 2], b: [f32; 2], part: f32| {
+            [0, 1].map(|k: usize| libm::roundf(100.0 * (a[k] + part * (b[k] - a[k]))) / 100.0)
+        };
+        sides.flat_map(|(&a, &b)| [part(a, b, 0.25), part(a, b, 0.75)]).collect()
+    };
+    cut(&cut(ring))
 }
 
 fn ring_area(ring: &[[f32; 2]]) -> f64 {

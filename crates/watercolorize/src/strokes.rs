@@ -12,7 +12,7 @@ use crate::study::{Plane, Study};
 use crate::tracer::{Trace, Tracing, trace};
 
 /// Most marks of each kind in a picture.
-pub const MOST_ACCENTS: f64 = 105.0;
+pub const MOST_ACCENTS: f64 = 70.0;
 const MOST_INNER: f64 = 120.0;
 const MOST_TEXTURE: f64 = 60.0;
 const MOST_INK: f64 = 260.0;

@@ -51,6 +51,9 @@ pub struct FilledFigure {
     pub graded: Option<Graded>,
     /// Figures of one family run into each other; where two families meet, each ends crisply.
     pub family: u32,
+    /// Direction that it is laid in, degrees clockwise from the rows: the hairs of a brush leave traces along it. `None`: the
+    /// one that washes are laid in.
+    pub laid_degrees: Option<f64>,
 }
 
 /// A steady change of a mix.
@@ -179,6 +182,7 @@ impl Fill {
                 amounts: read_amounts(filled, "amounts", pigments)?,
                 graded,
                 family: filled.count("family", 0..=u32::MAX)?.unwrap_or(0),
+                laid_degrees: filled.real("laid", -360.0..=360.0)?,
             })
         })?;
         let edges = table.tables("edges", |edge| {
@@ -209,6 +213,7 @@ impl Fill {
             let tree =
                 Tree::new().with("figure", filled.figure as u64).with("amounts", filled.amounts.clone());
             let tree = tree.with_some("graded", graded);
+            let tree = tree.with_some("laid", filled.laid_degrees);
             Node::Inline(tree.with_some("family", (filled.family != 0).then_some(filled.family)))
         };
         let edge = |edge: &EdgeStretch| {
