@@ -27,7 +27,7 @@ struct Edges {
 /// A contour is redrawn in pieces of this length, mm.
 const PIECE_MM: f64 = 0.5;
 /// How far a hand strays, mm, and over which lengths, mm: slowly, and as the paper's tooth holds the brush.
-const STRAYS: [(f64, f64); 2] = [(0.6, 11.0), (0.5, 2.2)];
+const STRAYS: [(f64, f64); 2] = [(0.7, 13.0), (0.2, 2.2)];
 /// Over which length it is steady or not, mm.
 const STEADY_MM: f64 = 24.0;
 

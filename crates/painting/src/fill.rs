@@ -45,9 +45,9 @@ const HELD: [f32; 2] = [-0.9, 0.7];
 const HELD_MM: f64 = 14.0;
 /// How much more and less paint the hairs of a brush leave, how long and wide their traces are, mm, and over what lengths they
 /// are seen more and less.
-const HAIRS: f32 = 0.09;
+const HAIRS: f32 = 0.11;
 const HAIRS_MM: [f64; 2] = [16.0, 1.7];
-const HAIRS_SEEN_MM: f64 = 22.0;
+const HAIRS_SEEN_MM: f64 = 26.0;
 
 /// A figure's paint.
 #[derive(Clone, Debug)]
@@ -343,7 +343,9 @@ impl PlannedFill {
             let d = self.inside.sample(cell[0], cell[1]);
             let dragged = self.dry.as_ref().map_or(0.0, |dry| dry.sample(cell[0], cell[1]));
             if dragged > 0.15 {
-                cover *= self.breaks_up(mm, d.max(0.0), dragged, row.surface.tooth.row(row.y)[at]);
+                let laid = paint.map_or([BRUSHED[0], BRUSHED[1]], |paint| paint.laid);
+                let tooth = row.surface.tooth.row(row.y)[at];
+                cover *= self.breaks_up(mm, laid, d.max(0.0), dragged, tooth);
                 if cover <= 0.0 {
                     continue;
                 }
@@ -444,11 +446,12 @@ impl PlannedFill {
                 Fractal { octaves: 2, gain: 0.6 },
             ) as f32;
         let place = 2.4 * self.noise.fbm([x / HAIRS_SEEN_MM + 41.0, y / HAIRS_SEEN_MM], Fractal { octaves: 2, gain: 0.5 }) as f32;
-        1.0 + HAIRS * smoothstep(-0.8, 1.2, place) * lane.clamp(-2.0, 2.0)
+        1.0 + HAIRS * smoothstep(-0.1, 1.5, place) * lane.clamp(-2.0, 2.0)
     }
 
     /// How much of a place a brush touches that runs dry towards an edge `inside` mm away.
-    fn breaks_up(&self, [x, y]: [f64; 2], inside: f32, over: f32, tooth: f32) -> f32 {
+    fn breaks_up(&self, [x, y]: [f64; 2], [cos, sin]: [f64; 2], inside: f32, over: f32, tooth: f32) -> f32 {
+        let (along, across) = (cos * x + sin * y, cos * y - sin * x);
         let noise = |x: f64, y: f64| 2.2 * self.noise.fbm([x, y], Fractal { octaves: 2, gain: 0.55 }) as f32;
         let over = over * (1.0 + 0.55 * noise(x / 5.0 + 11.0, y / 5.0)).clamp(0.2, 2.0);
         let part = inside / over.max(0.2);
@@ -457,7 +460,7 @@ impl PlannedFill {
         }
         // Streaks, fjords and islands: a belt of even dots is a seam.
         let fjords = noise(x / 4.2 + 23.0, y / 3.2) + 0.8 * noise(x / 1.9 + 37.0, y / 1.5);
-        let ragged = 0.12 * noise(x / 9.0, y / 0.9 + 53.0) + 0.26 * fjords;
+        let ragged = 0.36 * noise(along / 11.0, across / 0.9 + 53.0) + 0.12 * fjords;
         // What is wider than the tooth decides, or an edge is a belt of dots.
         let tooth = 0.5 + 0.5 * (tooth - 0.5);
         let dryness = libm::powf((1.0 - part).clamp(0.0, 1.0), 0.9) + ragged * smoothstep(1.3, 0.3, part);

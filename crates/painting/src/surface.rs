@@ -15,7 +15,9 @@ const PITS: [f32; 2] = [-0.5, 0.85];
 
 /// Wavelengths of the unevenness with which grains settle from water that stood, mm, and how strong each is.
 const SETTLED_MM: [(f64, f32); 2] = [(2.6, 0.8), (5.5, 0.6)];
-const BY_SETTLING: f32 = 0.10;
+const BY_SETTLING: f32 = 0.13;
+/// Over which lengths water stands longer here than there, mm.
+const STOOD_MM: f64 = 34.0;
 
 /// How amounts follow pits: those above a place's rank settle in it, some in specks, more so in clumps.
 const BY_PITS: f32 = 0.40;
@@ -104,13 +106,16 @@ impl Surface {
             }),
             settled: {
                 let noises = SETTLED_MM.map(|(mm, share)| (noise(&format!("settled {mm}")), mm, share));
+                let standing_water = noise("standing water");
                 let norm = SPECKLE / noises.iter().map(|(.., share)| share * share).sum::<f32>().sqrt();
                 Raster::by_rows(width, rows, |x, y| {
                     let at = place(x, y);
                     let value = |(noise, mm, share): &(Noise, f64, f32)| {
                         share * speckle(noise, at.map(|at| 2.0 * at / mm))
                     };
-                    norm * noises.iter().map(value).sum::<f32>()
+                    let stood = GRADIENT * standing_water.gradient(at.map(|at| at / STOOD_MM)) as f32;
+                    let stood = ((stood + 0.4) / 1.6).clamp(0.0, 1.4);
+                    norm * stood * noises.iter().map(value).sum::<f32>()
                 })
             },
             pins: Raster::by_rows(width, rows, |x, y| 0.6 * standing.row(y)[x] + 0.8 * unevenness.row(y)[x]),
@@ -128,7 +133,7 @@ impl Surface {
         let more = BY_PITS * (0.4 + 1.2 * clump) * (pit - 0.5)
             + BY_SPECKS * gathered * specks
             + BY_CLUMPS * (clump - 0.5)
-            + BY_SETTLING * (0.3 + 0.9 * clump) * self.settled.row(y)[x];
+            + BY_SETTLING * self.settled.row(y)[x];
         // Peaks that the brush went over without touching them.
         let peak = (self.tooth.row(y)[x] - (1.0 - MISSED * (0.3 + gathered))) / MISSED_OVER;
         let more = more - MISSED_LESS * peak.clamp(0.0, 1.0);

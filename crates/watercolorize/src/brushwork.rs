@@ -12,7 +12,7 @@ use girtin_grid::Raster;
 use crate::accidents::{Chance, smoothstep};
 use crate::settings::PhotoParams;
 use crate::shapes::Shape;
-use crate::strokes::outline;
+use crate::strokes::outlined;
 use crate::study::{Colors, Study};
 use crate::tracer::Trace;
 
@@ -43,12 +43,24 @@ const EDGE: f32 = 14.0;
 const STEP: f32 = 0.45;
 const LONGEST: f32 = 11.0;
 const SHORTEST: [f32; 2] = [2.1, 0.9];
+/// Attention below which a stroke shorter than so many widths is left out unless it joins one of its color, no further away
+/// than this, Lab.
+const LONELY: (f32, f32) = (0.55, 5.0);
+const JOINED: f32 = 5.0;
+/// How little a place is busy where even a long stroke is to join one.
+const CALM: f32 = 0.25;
+/// Part of a stroke over which the brush is lifted.
+const TIPS: [f32; 2] = [0.15, 0.8];
 /// Narrowest stroke that a brush makes, a part of its width.
 const NARROWEST: f32 = 0.35;
 /// How far a stroke keeps its own way.
 const INERTIA: f32 = 0.45;
+/// How far a stroke turns to either side of its middle, radians.
+const TURNS: f32 = 0.6;
 /// Difference of color, Lab, that no stroke goes over.
 const SILHOUETTE: f32 = 17.0;
+/// How wide the blur at one is, a part of the long edge.
+const SILHOUETTE_OVER: f32 = 0.008;
 /// Hue counts so much of tone.
 const HUE: f32 = 0.7;
 /// Steps of tone that strokes are mixed in, Lab L: those of one tone join.
@@ -56,6 +68,14 @@ const MIXED: f32 = 4.0;
 /// Coherence of the structure from which on strokes follow it, and how far they stray where there is none, radians.
 const FOLLOWED: [f32; 2] = [0.15, 0.45];
 const STRAYS: f32 = 0.5;
+
+/// How far apart feathers are, how long and wide they are, parts of the long edge; between which differences of tone, Lab L,
+/// and up to which step of the photograph.
+const FEATHERS_PITCH: f32 = 0.011;
+const FEATHER_LENGTHS: [f32; 2] = [0.012, 0.040];
+const FEATHER_WIDTHS: [f32; 2] = [0.0025, 0.008];
+const FEATHERED: [f32; 2] = [4.0, 32.0];
+const FEATHERED_STEP: f32 = 16.0;
 
 type Point = [f32; 2];
 
@@ -88,6 +108,7 @@ pub fn brushwork(
         easel.seen = within_things(&seen, study, labels, SEEN_OVER * brush.width * s);
         easel.lay(brush, &mut chance, &mut strokes);
     }
+    strokes.extend(easel.feathers(&mut chance));
     strokes
 }
 
@@ -197,6 +218,82 @@ impl Easel<'_> {
         }
     }
 
+    /// Strokes from a dark into the light beside it, where a form turns and has a grain: no brush draws there a contour.
+    fn feathers(&self, chance: &mut Chance) -> Vec<Shape> {
+        let s = self.study.mount.long_edge as f32;
+        let pitch = (FEATHERS_PITCH * s).max(2.0) as usize;
+        let mut feathers = Vec::new();
+        for top in (0..self.labels.height()).step_by(pitch) {
+            for left in (0..self.labels.width()).step_by(pitch) {
+                let cells = (top..(top + pitch).min(self.labels.height() - 1)).flat_map(|y| {
+                    (left..(left + pitch).min(self.labels.width() - 1)).map(move |x| (x, y))
+                });
+                let own = |(x, y)| self.labels.row(y)[x];
+                let edge = cells
+                    .into_iter()
+                    .find(|&(x, y)| own((x, y)) != own((x + 1, y)) || own((x, y)) != own((x, y + 1)));
+                let (lot, bend) = (chance.unit(), chance.spread(0.5));
+                let (long, wide) = (chance.between(FEATHER_LENGTHS) * s, chance.between(FEATHER_WIDTHS) * s);
+                let Some(edge) = edge else { continue };
+                let texture = &self.study.texture;
+                let rough = smoothstep(texture.busy.at(edge.0, edge.1), 0.2, 0.8)
+                    * smoothstep(texture.coherence.at(edge.0, edge.1), 0.15, 0.4);
+                let face = self.study.face.at(edge.0, edge.1);
+                if self.study.steps.at(edge.0, edge.1) > FEATHERED_STEP || lot > rough || face > 0.05 {
+                    continue;
+                }
+                feathers.extend(self.feather(edge, bend, long, wide));
+            }
+        }
+        feathers
+    }
+
+    fn feather(&self, edge: (usize, usize), bend: f32, long: f32, wide: f32) -> Option<Shape> {
+        let at = [edge.0 as f32 + 0.5, edge.1 as f32 + 0.5];
+        let [dx, dy] = self.direction(edge, bend);
+        let beyond = |way: f32| {
+            let cell = self.cell([at[0] + way * dx * wide, at[1] + way * dy * wide])?;
+            if self.is_free(cell) { Some((self.shape(cell)?, self.canvas.at(cell.0, cell.1))) } else { None }
+        };
+        let (ahead, behind) = (beyond(1.0)?, beyond(-1.0)?);
+        let way = if ahead.1[0] > behind.1[0] { 1.0 } else { -1.0 };
+        let (dark, light) = if way > 0.0 { (behind, ahead) } else { (ahead, behind) };
+        let step = light.1[0] - dark.1[0];
+        if !(FEATHERED[0]..FEATHERED[1]).contains(&step) || light.0.washes == 0 || dark.0.washes == 0 {
+            return None;
+        }
+        let path: Vec<Point> = (0..5)
+            .map(|k| {
+                let along = (k as f32 / 4.0 - 0.35) * long;
+                let off = 0.4 * bend * along * along / long;
+                [at[0] + way * (along * dx) - off * dy, at[1] + way * (along * dy) + off * dx]
+            })
+            .collect();
+        let end = self.cell(path[4])?;
+        if !self.is_free(end) || differ(self.canvas.at(end.0, end.1), light.1) > SILHOUETTE {
+            return None;
+        }
+        let pressure = |at: f32| libm::powf((1.0 - at).max(0.0), 0.7) * (0.5 + at / 0.15).min(1.0) + 0.04;
+        let trace =
+            Trace { points: path.clone(), widths: vec![wide; 5], length: long, contrast: 0.0, score: 0.0 };
+        let (from, to) = (path[0], path[4]);
+        let washes = dark.0.washes.max(light.0.washes);
+        let over = (washes > light.0.washes)
+            .then(|| ([light.0.color_at(from), light.0.color_at(to)], light.0.washes));
+        Some(Shape {
+            rings: vec![outlined(&trace, pressure)],
+            colors: [dark.0.color_at(from), dark.0.color_at(from).map(|c| c * 1.02)],
+            line: [from, to],
+            washes,
+            over,
+            area: f64::from(0.6 * long * wide),
+            laid: Some(libm::atan2f(to[1] - from[1], to[0] - from[0])),
+            is_sky: false,
+            is_border: false,
+            ..dark.0.clone()
+        })
+    }
+
     /// How much more a place differs from what is seen than is left alone.
     fn missing(&self, brush: &Brush, x: usize, y: usize) -> f32 {
         let seen = self.study.attention.at(x, y);
@@ -271,9 +368,23 @@ impl Easel<'_> {
             }
         }
         let mean = widths.iter().sum::<f32>() / widths.len() as f32;
-        let rings = vec![outline(&Trace { points: path.clone(), widths: widths.clone(), length, contrast: 0.0, score: 0.0 })];
-        for (&point, &wide) in path.iter().zip(&widths) {
-            self.touch(point, 0.5 * wide, color);
+        let is_short = length < LONELY.1 * wide || (seen < 0.7 * LONELY.0 && self.study.texture.busy.at(begin.0, begin.1) < CALM);
+        if seen < LONELY.0 && is_short && !self.is_joined(&path, &widths, color) {
+            return None;
+        }
+        if self.is_blur(&path, &widths, color) {
+            return None;
+        }
+        // A pointed brush is lifted slowly, a flat one at once.
+        let tip = chance.between(TIPS);
+        let pressure = |at: f32| {
+            let begun = (0.55 + at / 0.10).min(1.0);
+            let lifted = ((1.0 - at) / tip).min(1.0);
+            begun * (0.10 + 0.90 * libm::powf(lifted, 0.7))
+        };
+        let rings = vec![outlined(&Trace { points: path.clone(), widths: widths.clone(), length, contrast: 0.0, score: 0.0 }, pressure)];
+        for (at, (&point, &wide)) in path.iter().zip(&widths).enumerate() {
+            self.touch(point, 0.5 * wide * pressure(at as f32 / (path.len() - 1) as f32), color);
         }
         let tint = self.study.values.tint([color[1], color[2]], color[0], seen);
         let planned = self.study.values.washes(color, face);
@@ -295,6 +406,36 @@ impl Easel<'_> {
             laid: Some(libm::atan2f(to[1] - from[1], to[0] - from[0])),
             is_sky: false,
             is_border: false,
+        })
+    }
+
+    /// Whether a stroke is but the blur of a lens between two things: on the way from one color to the other.
+    fn is_blur(&self, path: &[Point], widths: &[f32], color: [f32; 3]) -> bool {
+        let between = (1..path.len().saturating_sub(1)).filter(|&at| {
+            let (a, b) = (path[at - 1], path[at + 1]);
+            let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+            let size = libm::hypotf(dx, dy).max(1e-6);
+            let off = 0.5 * widths[at] + 0.5 * SILHOUETTE_OVER * self.study.mount.long_edge as f32;
+            let side = |way: f32| {
+                self.cell([path[at][0] - way * off * dy / size, path[at][1] + way * off * dx / size])
+                    .map(|(x, y)| self.seen.at(x, y))
+            };
+            let (Some(one), Some(two)) = (side(1.0), side(-1.0)) else { return false };
+            let far = differ(one, two);
+            let (first, second) = (differ(one, color), differ(color, two));
+            far > SILHOUETTE && first + second < 1.25 * far && first.min(second) > 0.1 * far
+        });
+        2 * between.count() > path.len()
+    }
+
+    /// Whether something of its color lies beside a stroke.
+    fn is_joined(&self, path: &[Point], widths: &[f32], color: [f32; 3]) -> bool {
+        path.iter().zip(widths).any(|(&[x, y], &wide)| {
+            (0..8).any(|k| {
+                let angle = k as f32 * core::f32::consts::FRAC_PI_4;
+                let place = [x + 0.9 * wide * libm::cosf(angle), y + 0.9 * wide * libm::sinf(angle)];
+                self.cell(place).is_some_and(|(u, v)| differ(self.canvas.at(u, v), color) < JOINED)
+            })
         })
     }
 
@@ -333,7 +474,7 @@ impl Easel<'_> {
 
     fn walk(&self, from: Point, way: f32, wide: f32, stray: f32, color: [f32; 3]) -> Vec<Point> {
         let mut path = Vec::new();
-        let (mut at, mut before) = (from, None::<Point>);
+        let (mut at, mut before, mut turned) = (from, None::<Point>, 0.0);
         let most = (0.5 * LONGEST / STEP) as usize;
         while path.len() < most {
             let Some(cell) = self.cell(at) else { break };
@@ -351,6 +492,12 @@ impl Easel<'_> {
             at = [at[0] + STEP * wide * direction[0], at[1] + STEP * wide * direction[1]];
             let Some(cell) = self.cell(at) else { break };
             if !self.is_free(cell) || !self.fits(cell, color) {
+                break;
+            }
+            if let Some([bx, by]) = before {
+                turned += libm::atan2f(bx * direction[1] - by * direction[0], bx * direction[0] + by * direction[1]);
+            }
+            if turned.abs() > TURNS {
                 break;
             }
             before = Some(direction);

@@ -23,6 +23,7 @@ pub mod mount;
 pub mod attention;
 mod faces;
 pub mod texture;
+mod crisp;
 pub mod simplify;
 pub mod study;
 pub mod values;

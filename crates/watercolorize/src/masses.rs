@@ -34,7 +34,7 @@ const LARGE: f32 = 5.0;
 const CRISP: f32 = 0.6;
 /// Parts of a sky cost this much of others: calm, light masses at the top, so large, parts of the long edge squared. What rises
 /// into a sky leaves but a neck between its parts, where the step is that of the thing.
-const SKY_COST: f32 = 0.5;
+const SKY_COST: f32 = 0.25;
 const SKY_AREA: f64 = 0.01;
 const SKY_BUSY: f32 = 0.25;
 const SKY_LIGHT: f32 = 55.0;

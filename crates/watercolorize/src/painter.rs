@@ -290,6 +290,7 @@ impl<'a> Planner<'a> {
         let edges = Edges::new(study, &shapes, &labels, params, seed);
         let sheet = Sheet { study, shapes: &shapes, labels: &labels, seed };
         let mut layers = vec![
+            ("pencil", sheet.pencil(&edges.inked, params)),
             ("tones and texture", [sheet.inner_tones(params), sheet.texture(params)].concat()),
             ("accents", sheet.accents(params)),
             ("ink", sheet.ink(&edges.inked, params)),

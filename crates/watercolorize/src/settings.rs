@@ -74,6 +74,10 @@ parameters! {
             symbol: "", label: "Ink", unit: "1", default: 0.0, hard: (0.0, 3.0), soft: (0.0, 1.5),
             acts: Simulation, doc: "How much is drawn in ink before any wash.", source: "custom",
         }
+        pencil: f64 {
+            symbol: "", label: "Pencil", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.0, 2.0),
+            acts: Simulation, doc: "How much of the drawing under the washes is seen.", source: "custom",
+        }
         colors: u32 {
             symbol: "", label: "Colors", unit: "1", default: 6, hard: (1.0, 8.0), soft: (3.0, 8.0),
             acts: Simulation, doc: "How many pigments at most are chosen for the palette.", source: "custom",
@@ -172,7 +176,7 @@ impl Preset {
 impl PhotoParams {
     /// Glazes of a painting at most: its washes, and layers of marks on them.
     pub fn glazes(&self) -> u32 {
-        self.washes + 2 + u32::from(self.ink > 0.0)
+        self.washes + 2 + u32::from(self.pencil > 0.0) + u32::from(self.ink > 0.0)
     }
 
     /// Cells along the long edge that a photograph of so many pixels is planned on: a small one needs fewer.

@@ -28,7 +28,9 @@ const INNER_LENGTH: [f32; 2] = [0.014, 0.03];
 const INNER_ASIDE: f32 = 0.4;
 
 /// Accents are darker than what they mark, Lab L, within these.
-const ACCENT: (f32, [f32; 2]) = (6.0, [17.0, 44.0]);
+const ACCENT: (f32, [f32; 2]) = (6.0, [17.0, 50.0]);
+/// Most that they are darker than their ground, Lab L.
+const MOST_ACCENT: f32 = 40.0;
 
 /// Attention that a dark is to have, or its length, a part of the long edge: elsewhere it is a fleck.
 const ACCENT_SEEN: f32 = 0.5;
@@ -36,6 +38,16 @@ const ACCENT_LONG: f32 = 0.045;
 
 /// Width of a pen's line, part of the long edge.
 const PEN: f32 = 0.0011;
+
+/// A pencil: most lines, shortest and longest, width, parts of the long edge; turn that ends one, radians; how far it goes
+/// beside a contour and past its end, parts of the long edge; and how much darker than its ground it is, Lab L.
+const MOST_PENCIL: f64 = 90.0;
+const PENCIL_LENGTHS: [f32; 2] = [0.02, 0.30];
+const PENCIL: f32 = 0.0013;
+const PENCIL_CORNER: f32 = 0.8;
+const PENCIL_BESIDE: f32 = 0.0022;
+const PENCIL_PAST: [f32; 2] = [0.002, 0.014];
+const PENCIL_STEP: [f32; 2] = [16.0, 34.0];
 
 /// A mark before its color is mixed.
 #[derive(Clone, Debug)]
@@ -211,7 +223,8 @@ impl Sheet<'_> {
             .map(|found| {
                 let seen = study.along(&found.points, &study.attention);
                 let tone = study.values.of(study.along(&found.points, &fine), seen) - ACCENT.0;
-                let tone = tone.clamp(ACCENT.1[0], ACCENT.1[1]);
+                let ground = self.below(&found.points)[0];
+                let tone = tone.clamp(ACCENT.1[0], ACCENT.1[1]).max(ground - MOST_ACCENT);
                 let [a, b] = study.values.tint(self.hue(&found.points), tone, seen);
                 let mut gesture = pressed(found, [tone, a, b], &mut chance);
                 self.run_dry(&mut gesture, params, 0.25, &mut chance);
@@ -269,7 +282,7 @@ impl Sheet<'_> {
         };
         let mut chance = Chance::new(self.seed, "texture");
         let mut strokes: Vec<Stroke> = rules::foliage(&ground(&leaves));
-        strokes.extend(rules::ripples(&rules::Ground { most: 2 * most, ..ground(&rippled) }));
+        strokes.extend(rules::ripples(&rules::Ground { most, ..ground(&rippled) }));
         strokes.extend(rules::grass(&rules::Ground { most: most / 2, ..ground(&grass) }));
         strokes.extend(rules::hatch(&rules::Ground { most: most / 4, ..ground(&hatched) }));
         strokes
@@ -314,6 +327,44 @@ impl Sheet<'_> {
             .collect()
     }
 
+    /// The drawing that washes are laid over: lines of a pencil along what is drawn most exactly, in one go each, a little
+    /// beside the contour and past its ends.
+    pub fn pencil(&self, lines: &[(Vec<[f32; 2]>, f32)], params: &PhotoParams) -> Vec<Gesture> {
+        let s = self.study.mount.long_edge as f32;
+        let mut chance = Chance::new(self.seed, "pencil");
+        let mut drawn: Vec<(f32, Vec<[f32; 2]>)> = Vec::new();
+        for (path, _) in lines {
+            for run in between_corners(path) {
+                let length = run.windows(2).map(|pair| away(pair[0], pair[1])).sum::<f32>();
+                if length < PENCIL_LENGTHS[0] * s {
+                    continue;
+                }
+                let seen = self.study.along(run, &self.study.attention);
+                let step = self.study.along(run, &self.study.steps);
+                let face = self.study.along(run, &self.study.face);
+                drawn.push(((0.2 + seen) * step.min(20.0) * length.sqrt() * (1.0 - face), run.to_vec()));
+            }
+        }
+        drawn.sort_by(|a, b| b.0.total_cmp(&a.0));
+        drawn.truncate((MOST_PENCIL * params.pencil) as usize);
+        drawn
+            .iter()
+            .map(|(_, run)| {
+                let points = in_one_go(run, PENCIL_LENGTHS[1] * s);
+                let beside = chance.spread(PENCIL_BESIDE * s);
+                let past = [0, 1].map(|_| chance.between(PENCIL_PAST) * s);
+                let points = shifted(&points, beside, past);
+                let ground = self.below(&points);
+                let tone = (ground[0] - chance.between(PENCIL_STEP)).max(30.0);
+                let wide = PENCIL * s;
+                let widths = points.iter().map(|_| wide * chance.between([0.7, 1.3])).collect();
+                let mut gesture = Gesture::new(points, widths, [tone, 0.6 * ground[1], 0.6 * ground[2] - 1.0]);
+                gesture.dry = [chance.between([0.0, 0.18]), chance.between([0.1, 0.6]), 0.55];
+                gesture
+            })
+            .collect()
+    }
+
     /// Lets a brush run out, now and then.
     fn run_dry(&self, gesture: &mut Gesture, params: &PhotoParams, often: f32, chance: &mut Chance) {
         let face = self.study.along(&gesture.points, &self.study.face);
@@ -328,6 +379,66 @@ impl Sheet<'_> {
             gesture.drag = [0.9, 0.4 * wide];
         }
     }
+}
+
+fn away(a: [f32; 2], b: [f32; 2]) -> f32 {
+    libm::hypotf(a[0] - b[0], a[1] - b[1])
+}
+
+/// A path cut where it turns sharply.
+fn between_corners(path: &[[f32; 2]]) -> Vec<&[[f32; 2]]> {
+    const OVER: usize = 3;
+    let mut runs = Vec::new();
+    let mut from = 0;
+    for at in OVER..path.len().saturating_sub(OVER) {
+        let (a, b, c) = (path[at - OVER], path[at], path[at + OVER]);
+        let (u, v) = ([b[0] - a[0], b[1] - a[1]], [c[0] - b[0], c[1] - b[1]]);
+        let turn = libm::atan2f(u[0] * v[1] - u[1] * v[0], u[0] * v[0] + u[1] * v[1]);
+        if turn.abs() > PENCIL_CORNER && at > from + OVER {
+            runs.push(&path[from..=at]);
+            from = at;
+        }
+    }
+    runs.push(&path[from..]);
+    runs.retain(|run| run.len() > 2);
+    runs
+}
+
+/// A path as a hand goes along it: smooth, through few points, not longer than so much.
+fn in_one_go(run: &[[f32; 2]], longest: f32) -> Vec<[f32; 2]> {
+    let mut smooth = run.to_vec();
+    for _ in 0..12 {
+        let before = smooth.clone();
+        for at in 1..before.len() - 1 {
+            smooth[at] = [0, 1].map(|k: usize| 0.5 * before[at][k] + 0.25 * (before[at - 1][k] + before[at + 1][k]));
+        }
+    }
+    let mut length = 0.0;
+    let mut end = 1;
+    while end + 1 < smooth.len() && length < longest {
+        length += away(smooth[end], smooth[end - 1]);
+        end += 1;
+    }
+    let count = (end / 5).clamp(3, 12);
+    (0..count).map(|k| smooth[k * end / (count - 1)]).collect()
+}
+
+/// A path moved to one side, and carried on past both of its ends.
+fn shifted(points: &[[f32; 2]], beside: f32, past: [f32; 2]) -> Vec<[f32; 2]> {
+    let last = points.len() - 1;
+    let along = |at: usize| {
+        let (a, b) = (points[at.saturating_sub(1)], points[(at + 1).min(last)]);
+        let size = away(a, b).max(1e-6);
+        [(b[0] - a[0]) / size, (b[1] - a[1]) / size]
+    };
+    let beyond = |at: usize| if at == 0 { -past[0] } else if at == last { past[1] } else { 0.0 };
+    (0..points.len())
+        .map(|at| {
+            let [dx, dy] = along(at);
+            let ([x, y], past) = (points[at], beyond(at));
+            [x - beside * dy + past * dx, y + beside * dx + past * dy]
+        })
+        .collect()
 }
 
 /// A traced stroke as a hand makes it: set down, pressed, lifted off slowly.
@@ -346,6 +457,13 @@ fn pressed(found: &Trace, color: [f32; 3], chance: &mut Chance) -> Gesture {
 
 /// The same as an outline, for what is left out of washes: lights.
 pub fn outline(found: &Trace) -> Vec<[f32; 2]> {
+    outlined(found, |at| {
+        libm::powf((7.0 * (at + 0.06)).min(2.4 * (1.04 - at)).clamp(0.12, 1.0), 0.7)
+    })
+}
+
+/// An outline whose width is so much of the trace's along it.
+pub fn outlined(found: &Trace, pressure: impl Fn(f32) -> f32) -> Vec<[f32; 2]> {
     let count = found.points.len();
     let (mut left, mut right) = (Vec::new(), Vec::new());
     let fine = 4 * (count - 1).max(1);
@@ -368,8 +486,7 @@ pub fn outline(found: &Trace) -> Vec<[f32; 2]> {
         let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
         let size = libm::hypotf(dx, dy).max(1e-6);
         let width = found.widths[k] + part * (found.widths[(k + 1).min(count - 1)] - found.widths[k]);
-        let press = (7.0 * (at + 0.06)).min(2.4 * (1.04 - at)).clamp(0.12, 1.0);
-        let half = 0.5 * width * libm::powf(press, 0.7);
+        let half = 0.5 * width * pressure(at);
         let (x, y) = (through(0), through(1));
         left.push([x - dy / size * half, y + dx / size * half]);
         right.push([x + dy / size * half, y - dx / size * half]);

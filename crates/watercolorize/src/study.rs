@@ -5,6 +5,7 @@ use girtin_grid::blur::gaussian_plane;
 use girtin_grid::resize::resized_plane;
 
 use crate::attention::{Area, attention, snapped};
+use crate::crisp::crisp;
 use crate::faces::{faces, in_figures, in_heads};
 use crate::masses::steps;
 use crate::mount::Mount;
@@ -52,15 +53,20 @@ pub struct Study {
 impl Study {
     /// Looks at a photograph.
     pub fn new(request: &Request<'_>, mount: Mount) -> Self {
-        let lab = mount.place_lab(request.photo);
         let s = mount.long_edge;
+        let photo = mount.place_lab(request.photo);
         let area = Area { origin: [mount.origin; 2], size: mount.photo };
         let whole = |plane: &Plane| mount.place(&plane.map(|value| [value])).map(|[value]| value);
         let lightness = Raster::by_rows(area.size[0], area.size[1], |x, y| {
-            lab.at(area.origin[0] + x, area.origin[1] + y)[0]
+            photo.at(area.origin[0] + x, area.origin[1] + y)[0]
         });
         let found = faces(&lightness);
         let heads = whole(&in_heads(&found, area.size));
+        // Features of a face are no wider than seams.
+        let crisp = crisp(&photo, s);
+        let lab = Raster::by_rows(photo.width(), photo.height(), |x, y| {
+            if heads.at(x, y) > 0.02 { photo.at(x, y) } else { crisp.at(x, y) }
+        });
         let figures = whole(&in_figures(&found, area.size));
         let detail = request.params.detail as f32;
         let texture = texture(&lab, s);
