@@ -45,7 +45,7 @@ const HELD: [f32; 2] = [-0.9, 0.7];
 const HELD_MM: f64 = 14.0;
 /// How much more and less paint the hairs of a brush leave, how long and wide their traces are, mm, and over what lengths they
 /// are seen more and less.
-const HAIRS: f32 = 0.11;
+const HAIRS: f32 = 0.08;
 const HAIRS_MM: [f64; 2] = [16.0, 1.7];
 const HAIRS_SEEN_MM: f64 = 26.0;
 
@@ -55,6 +55,8 @@ struct Paint {
     family: u16,
     /// Cosine and sine of the direction it is laid in.
     laid: [f64; 2],
+    /// How crisp its contour stays within its family.
+    held: f32,
     amounts: Vec<f32>,
     /// Where a steady change begins, its direction over its length squared, and what it ends in.
     graded: Option<([f64; 2], [f64; 2], Vec<f32>)>,
@@ -73,6 +75,7 @@ impl Paint {
         });
         Self {
             laid,
+            held: filled.held as f32,
             family: u16::try_from(filled.family).unwrap_or(u16::MAX - 1) + 1,
             amounts: single(&filled.amounts),
             graded,
@@ -417,7 +420,7 @@ impl PlannedFill {
         }
         let at = mm.map(|mm| mm / HELD_MM);
         let chance = 2.4 * self.noise.fbm([at[0] + 91.0, at[1]], Fractal { octaves: 2, gain: 0.5 }) as f32;
-        let held = smoothstep(HELD[0], HELD[1], chance);
+        let held = paint.held * smoothstep(HELD[0], HELD[1], chance);
         let of = |pigment: usize| {
             let (mut sum, mut all) = (0.0, 0.0);
             for (label, share) in cells {

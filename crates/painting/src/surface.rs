@@ -15,7 +15,7 @@ const PITS: [f32; 2] = [-0.5, 0.85];
 
 /// Wavelengths of the unevenness with which grains settle from water that stood, mm, and how strong each is.
 const SETTLED_MM: [(f64, f32); 2] = [(2.6, 0.8), (5.5, 0.6)];
-const BY_SETTLING: f32 = 0.13;
+const BY_SETTLING: f32 = 0.10;
 /// Over which lengths water stands longer here than there, mm.
 const STOOD_MM: f64 = 34.0;
 

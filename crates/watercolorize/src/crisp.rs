@@ -9,7 +9,7 @@ use crate::masses::steps;
 use crate::texture::slope;
 
 /// Widest seam, a part of the long edge, to either side of its middle.
-const REACH: f64 = 0.0055;
+const REACH: f64 = 0.0045;
 /// Step, Lab, from which on there is an edge.
 const EDGE: f32 = 5.0;
 /// Part of the step at a cell below which the seam has ended.
@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn a_seam_becomes_an_edge() {
-        for wide in [3.0, 6.0, 9.0] {
+        for wide in [3.0, 5.0, 8.0] {
             let crisp = crisp(&ramp(wide), 1000.0);
             let between = (0..400).filter(|&x| (26.0..74.0).contains(&crisp.at(x, 30)[0])).count();
             assert!(between <= 1, "{wide}: {between}");

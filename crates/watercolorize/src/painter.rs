@@ -14,6 +14,7 @@ use girtin_wash::{LivingParams, WashModel};
 use rayon::prelude::*;
 
 use crate::accents::lights;
+use crate::accidents::smoothstep;
 use crate::border::border;
 use crate::contours::around;
 use crate::edges::Edges;
@@ -54,10 +55,15 @@ const STEPS: [u32; MOST_WASHES] = [420, 300, 280, 240];
 const RIMS: [f64; MOST_WASHES] = [0.8, 1.1, 1.1, 0.9];
 const MARK_RIMS: f64 = 0.6;
 /// How far paint flows in each wash, times the living wash's own diffusion; and how far at most, its own measure.
-const FLOWS: [f64; MOST_WASHES] = [0.9, 0.5, 0.3, 0.15];
+const FLOWS: [f64; MOST_WASHES] = [1.6, 0.9, 0.4, 0.15];
 const MOST_DIFFUSION: f64 = 0.02;
+/// How crisp contours within a family are where nobody looks; and between which attentions they become quite so.
+const HELD: f32 = 0.15;
+const HELD_SEEN: [f32; 2] = [0.15, 0.6];
+/// How much more colors run into each other where nobody looks.
+const RUN_ASIDE: f32 = 0.7;
 /// Granulation of every wash, by a pigment's own.
-const GRAIN: f64 = 0.7;
+const GRAIN: f64 = 0.58;
 
 /// What is to be painted, and how.
 #[derive(Clone, Copy, Debug)]
@@ -341,7 +347,7 @@ impl<'a> Planner<'a> {
                     let graded = (begin != end)
                         .then(|| Graded { line: shape.line.map(|end| study.mm(end)), amounts: end });
                     let laid_degrees = shape.laid.map(|angle| libm::round(f64::from(angle.to_degrees())));
-                    FilledFigure { figure, amounts: begin, graded, family: families[figure], laid_degrees }
+                    FilledFigure { figure, amounts: begin, graded, family: families[figure], laid_degrees, held: held(shape) }
                 })
                 .collect();
             if figures.is_empty() {
@@ -387,6 +393,11 @@ impl<'a> Planner<'a> {
             glazes,
         }
     }
+}
+
+/// How crisp a shape's contour stays within its family: what nobody looks at runs.
+fn held(shape: &Shape) -> f64 {
+    hundredths(f64::from(HELD + (1.0 - HELD) * smoothstep(shape.attention, HELD_SEEN[0], HELD_SEEN[1])))
 }
 
 /// Which shape each cell of the plan belongs to, from 1.
@@ -443,6 +454,8 @@ fn families(
                 let (a, b) = (u32::from(own) - 1, u32::from(other) - 1);
                 let (Some(one), Some(two)) = (colors[a as usize], colors[b as usize]) else { continue };
                 let square: f32 = one.iter().zip(two).map(|(a, b)| (a - b) * (a - b)).sum();
+                let seen = shapes[a as usize].attention.max(shapes[b as usize].attention);
+                let limit = limit * (1.0 + RUN_ASIDE * (1.0 - seen));
                 if square < limit * limit {
                     let (a, b) = (root(&mut of, a), root(&mut of, b));
                     of[a.max(b) as usize] = a.min(b);

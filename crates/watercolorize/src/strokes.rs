@@ -35,15 +35,20 @@ const MOST_ACCENT: f32 = 40.0;
 /// Attention that a dark is to have, or its length, a part of the long edge: elsewhere it is a fleck.
 const ACCENT_SEEN: f32 = 0.5;
 const ACCENT_LONG: f32 = 0.045;
+/// How many times as long as wide an accent is, and from which attention on it may be shorter.
+const ACCENT_SHAPE: f32 = 5.0;
+const ACCENT_DOT: f32 = 0.85;
 
 /// Width of a pen's line, part of the long edge.
 const PEN: f32 = 0.0011;
 
 /// A pencil: most lines, shortest and longest, width, parts of the long edge; turn that ends one, radians; how far it goes
 /// beside a contour and past its end, parts of the long edge; and how much darker than its ground it is, Lab L.
-const MOST_PENCIL: f64 = 90.0;
+const MOST_PENCIL: f64 = 50.0;
 const PENCIL_LENGTHS: [f32; 2] = [0.02, 0.30];
 const PENCIL: f32 = 0.0013;
+/// Darkest ground, Lab L: in darks a pencil is not seen.
+const PENCIL_ABOVE: f32 = 60.0;
 const PENCIL_CORNER: f32 = 0.8;
 const PENCIL_BESIDE: f32 = 0.0022;
 const PENCIL_PAST: [f32; 2] = [0.002, 0.014];
@@ -218,7 +223,9 @@ impl Sheet<'_> {
             .iter()
             .filter(|found| {
                 let seen = study.along(&found.points, &study.attention);
-                seen > ACCENT_SEEN || found.length > ACCENT_LONG * s as f32
+                let wide = found.widths.iter().fold(0.0f32, |most, &width| most.max(width));
+                let is_line = found.length > ACCENT_SHAPE * wide;
+                (seen > ACCENT_SEEN && (is_line || seen > ACCENT_DOT)) || found.length > ACCENT_LONG * s as f32
             })
             .map(|found| {
                 let seen = study.along(&found.points, &study.attention);
@@ -340,6 +347,9 @@ impl Sheet<'_> {
                     continue;
                 }
                 let seen = self.study.along(run, &self.study.attention);
+                if self.below(run)[0] < PENCIL_ABOVE {
+                    continue;
+                }
                 let step = self.study.along(run, &self.study.steps);
                 let face = self.study.along(run, &self.study.face);
                 drawn.push(((0.2 + seen) * step.min(20.0) * length.sqrt() * (1.0 - face), run.to_vec()));
@@ -357,9 +367,15 @@ impl Sheet<'_> {
                 let ground = self.below(&points);
                 let tone = (ground[0] - chance.between(PENCIL_STEP)).max(30.0);
                 let wide = PENCIL * s;
-                let widths = points.iter().map(|_| wide * chance.between([0.7, 1.3])).collect();
+                let last = (points.len() - 1) as f32;
+                let widths = (0..points.len())
+                    .map(|at| {
+                        let along = at as f32 / last;
+                        wide * chance.between([0.8, 1.2]) * (4.0 * along + 0.4).min(3.0 * (1.0 - along) + 0.3).min(1.0)
+                    })
+                    .collect();
                 let mut gesture = Gesture::new(points, widths, [tone, 0.6 * ground[1], 0.6 * ground[2] - 1.0]);
-                gesture.dry = [chance.between([0.0, 0.18]), chance.between([0.1, 0.6]), 0.55];
+                gesture.dry = [0.0, chance.between([0.0, 0.5]), 0.8];
                 gesture
             })
             .collect()

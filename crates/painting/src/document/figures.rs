@@ -54,6 +54,8 @@ pub struct FilledFigure {
     /// Direction that it is laid in, degrees clockwise from the rows: the hairs of a brush leave traces along it. `None`: the
     /// one that washes are laid in.
     pub laid_degrees: Option<f64>,
+    /// How crisp its contour stays within its family, 0 to 1: 0 runs as far as the water carries it.
+    pub held: f64,
 }
 
 /// A steady change of a mix.
@@ -183,6 +185,7 @@ impl Fill {
                 graded,
                 family: filled.count("family", 0..=u32::MAX)?.unwrap_or(0),
                 laid_degrees: filled.real("laid", -360.0..=360.0)?,
+                held: filled.real("held", 0.0..=1.0)?.unwrap_or(1.0),
             })
         })?;
         let edges = table.tables("edges", |edge| {
@@ -214,6 +217,7 @@ impl Fill {
                 Tree::new().with("figure", filled.figure as u64).with("amounts", filled.amounts.clone());
             let tree = tree.with_some("graded", graded);
             let tree = tree.with_some("laid", filled.laid_degrees);
+            let tree = tree.with_some("held", (filled.held != 1.0).then_some(filled.held));
             Node::Inline(tree.with_some("family", (filled.family != 0).then_some(filled.family)))
         };
         let edge = |edge: &EdgeStretch| {

@@ -71,13 +71,14 @@ fn fill(pigments: usize, drawn: usize) -> impl Strategy<Value = Event> {
     let amounts = move || prop::collection::vec(0.0f64..=100.0, pigments);
     let graded = (point(), point(), amounts()).prop_map(|(a, b, amounts)| Graded { line: [a, b], amounts });
     let laid = prop::option::of(-360.0f64..=360.0);
-    let filled = (0..drawn, amounts(), prop::option::of(graded), any::<u32>(), laid).prop_map(
-        |(figure, amounts, graded, family, laid_degrees)| FilledFigure {
+    let filled = (0..drawn, amounts(), prop::option::of(graded), any::<u32>(), laid, 0.0f64..=1.0).prop_map(
+        |(figure, amounts, graded, family, laid_degrees, held)| FilledFigure {
             figure,
             amounts,
             graded,
             family,
             laid_degrees,
+            held,
         },
     );
     let edge = (prop::collection::vec(point(), 1..3), 0.0f64..=9.0, 0.0f64..=9.0)
