@@ -37,7 +37,7 @@ const ACCENT_SEEN: f32 = 0.5;
 const ACCENT_LONG: f32 = 0.045;
 /// How many times as long as wide an accent is, and from which attention on it may be shorter.
 const ACCENT_SHAPE: f32 = 5.0;
-const ACCENT_DOT: f32 = 0.85;
+const ACCENT_DOT: f32 = 0.65;
 
 /// Width of a pen's line, part of the long edge.
 const PEN: f32 = 0.0011;
@@ -262,7 +262,7 @@ impl Sheet<'_> {
             let low = smoothstep(y as f32 / height as f32, 0.25, 0.5);
             coherent(x, y) * f32::from(u8::from(lies(x, y))) * low * (1.0 - plant.at(x, y))
         }))
-        .map(|water| smoothstep(water, 0.16, 0.4));
+        .map(|water| smoothstep(water, 0.3, 0.6));
         let density = |of: &(dyn Fn(usize, usize) -> f32 + Sync)| {
             Raster::by_rows(width, height, |x, y| {
                 here(x, y) * (1.0 - 0.8 * study.attention.at(x, y)) * of(x, y).clamp(0.0, 1.0)

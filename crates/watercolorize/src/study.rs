@@ -22,6 +22,8 @@ pub type Colors = Raster<[f32; 3]>;
 /// Over how much of the long edge attention is spread for values: with attention itself a dark ring stood round every
 /// subject.
 const WIDE: f64 = 0.09;
+/// How busy something is that keeps its seams, 0 to 1.
+const FINE: f32 = 0.75;
 /// What the rest is looked at where there are faces.
 const BESIDE_FACES: f32 = 0.75;
 
@@ -62,10 +64,11 @@ impl Study {
         });
         let found = faces(&lightness);
         let heads = whole(&in_heads(&found, area.size));
-        // Features of a face are no wider than seams.
-        let crisp = crisp(&photo, s);
+        // Features of a face, and what is finely made, are no wider than seams.
+        let (crisp, fine) = (crisp(&photo, s), texture(&photo, s).busy);
         let lab = Raster::by_rows(photo.width(), photo.height(), |x, y| {
-            if heads.at(x, y) > 0.02 { photo.at(x, y) } else { crisp.at(x, y) }
+            let is_kept = heads.at(x, y) > 0.02 || fine.at(x, y) > FINE;
+            if is_kept { photo.at(x, y) } else { crisp.at(x, y) }
         });
         let figures = whole(&in_figures(&found, area.size));
         let detail = request.params.detail as f32;
