@@ -66,7 +66,12 @@ pub struct Chance {
 impl Chance {
     /// Those of a stage.
     pub fn new(seed: u64, stage: &str) -> Self {
-        Self { key: random::key(seed, random::stage(stage)), drawn: 0 }
+        Self::of(random::key(seed, random::stage(stage)))
+    }
+
+    /// Those of a key.
+    pub fn of(key: u64) -> Self {
+        Self { key, drawn: 0 }
     }
 
     fn next(&mut self) -> u64 {
@@ -88,5 +93,10 @@ impl Chance {
     pub fn spread(&mut self, deviation: f32) -> f32 {
         let sum: f32 = (0..3).map(|_| self.between([-1.0, 1.0])).sum();
         deviation * sum * 0.57
+    }
+
+    /// A whole number from one to another.
+    pub fn count(&mut self, [least, most]: [u64; 2]) -> u64 {
+        least + random::below(self.next(), most - least + 1)
     }
 }

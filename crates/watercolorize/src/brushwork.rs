@@ -28,12 +28,12 @@ struct Brush {
 const BRUSHES: [Brush; 4] = [
     Brush { width: 0.040, differs: [6.0, 3.0], most: 240.0, seen: 0.0 },
     Brush { width: 0.020, differs: [6.0, 5.0], most: 420.0, seen: 0.0 },
-    Brush { width: 0.010, differs: [7.0, 9.0], most: 420.0, seen: 0.3 },
+    Brush { width: 0.010, differs: [7.0, 9.0], most: 420.0, seen: 0.15 },
     Brush { width: 0.0055, differs: [8.0, 14.0], most: 300.0, seen: 0.6 },
 ];
 
 /// The same where all is calm and nobody looks: there single strokes are lozenges.
-const IN_CALM: f32 = 7.0;
+const IN_CALM: f32 = 4.5;
 
 /// Blur of what is seen by a brush, a part of its width.
 const SEEN_OVER: f64 = 0.22;
@@ -315,6 +315,9 @@ impl Easel<'_> {
 
     fn stroke(&mut self, width: f32, begin: (usize, usize), chance: &mut Chance) -> Option<Shape> {
         let ground = self.shape(begin)?.clone();
+        if ground.washes == 0 && self.params.background < 1.0 {
+            return None;
+        }
         let face = self.study.face.at(begin.0, begin.1);
         if face > 0.1 && width > 0.014 * self.study.mount.long_edge as f32 {
             return None;

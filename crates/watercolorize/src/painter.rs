@@ -21,6 +21,7 @@ use crate::edges::Edges;
 use crate::mixing::{glazed, glazed_over, linear, over, stored as stored_amounts};
 use crate::mount::{Mount, Mounting, PAPER};
 use crate::palette::{Cluster, choose};
+use crate::segments::Sets;
 use crate::separate::{MOST, Paints};
 use crate::settings::PhotoParams;
 use crate::shapes::{Shape, Shapes};
@@ -60,6 +61,8 @@ const MOST_DIFFUSION: f64 = 0.02;
 /// How crisp contours within a family are where nobody looks; and between which attentions they become quite so.
 const HELD: f32 = 0.15;
 const HELD_SEEN: [f32; 2] = [0.15, 0.6];
+/// Difference of two finished colors, Lab, from which on they are kept apart in every wash.
+const APART: f32 = 34.0;
 /// How much more colors run into each other where nobody looks.
 const RUN_ASIDE: f32 = 0.7;
 /// Granulation of every wash, by a pigment's own.
@@ -347,7 +350,7 @@ impl<'a> Planner<'a> {
                     let graded = (begin != end)
                         .then(|| Graded { line: shape.line.map(|end| study.mm(end)), amounts: end });
                     let laid_degrees = shape.laid.map(|angle| libm::round(f64::from(angle.to_degrees())));
-                    FilledFigure { figure, amounts: begin, graded, family: families[figure], laid_degrees, held: held(shape) }
+                    FilledFigure { figure, amounts: begin, graded, family: families[figure], laid_degrees, held: held(shape, params.wetness) }
                 })
                 .collect();
             if figures.is_empty() {
@@ -396,8 +399,9 @@ impl<'a> Planner<'a> {
 }
 
 /// How crisp a shape's contour stays within its family: what nobody looks at runs.
-fn held(shape: &Shape) -> f64 {
-    hundredths(f64::from(HELD + (1.0 - HELD) * smoothstep(shape.attention, HELD_SEEN[0], HELD_SEEN[1])))
+fn held(shape: &Shape, wetness: f64) -> f64 {
+    let seen = smoothstep(shape.attention, HELD_SEEN[0], HELD_SEEN[1]);
+    hundredths(f64::from(HELD + (1.0 - HELD) * seen) / wetness.max(1.0))
 }
 
 /// Which shape each cell of the plan belongs to, from 1.
@@ -433,14 +437,7 @@ fn families(
             (shape.washes > wash).then(|| crate::separate::lab(paints.over(&mix[0][wash], paper)))
         })
         .collect();
-    let mut of: Vec<u32> = (0..shapes.len() as u32).collect();
-    fn root(of: &mut [u32], mut at: u32) -> u32 {
-        while of[at as usize] != at {
-            of[at as usize] = of[of[at as usize] as usize];
-            at = of[at as usize];
-        }
-        at
-    }
+    let mut of = Sets::new(shapes.len());
     let limit = RUN_TOGETHER[wash] * (0.5 + 0.5 * wetness);
     for y in 0..labels.height() {
         for x in 0..labels.width() {
@@ -456,14 +453,21 @@ fn families(
                 let square: f32 = one.iter().zip(two).map(|(a, b)| (a - b) * (a - b)).sum();
                 let seen = shapes[a as usize].attention.max(shapes[b as usize].attention);
                 let limit = limit * (1.0 + RUN_ASIDE * (1.0 - seen));
-                if square < limit * limit {
-                    let (a, b) = (root(&mut of, a), root(&mut of, b));
-                    of[a.max(b) as usize] = a.min(b);
+                // Things that differ when they are finished are kept apart from the first.
+                let finished: f32 = (0..3)
+                    .map(|c| shapes[a as usize].colors[0][c] - shapes[b as usize].colors[0][c])
+                    .map(|off| off * off)
+                    .sum();
+                if square < limit * limit && finished < APART * APART {
+                    let (a, b) = (of.of(a), of.of(b));
+                    if a != b {
+                        of.join(a, b);
+                    }
                 }
             }
         }
     }
-    (0..shapes.len() as u32).map(|at| root(&mut of, at)).collect()
+    (0..shapes.len() as u32).map(|at| of.of(at)).collect()
 }
 
 /// A gesture with its color mixed for what it lies on.

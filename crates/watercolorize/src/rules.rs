@@ -9,7 +9,7 @@ use core::f32::consts::{FRAC_PI_2, PI};
 use girtin_grid::blur::{gaussian, gaussian_plane};
 use girtin_grid::{Raster, random};
 
-use crate::accidents::smoothstep;
+use crate::accidents::{Chance, smoothstep};
 
 /// What of a brush touches the paper.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -69,13 +69,13 @@ const FULL: f64 = 0.05;
 
 /// Sizes of leaves, far and near, and their width over their length.
 const LEAF_LENGTHS: [f32; 2] = [0.006, 0.024];
-const LEAF_SHAPE: [f64; 2] = [0.26, 0.42];
+const LEAF_SHAPE: [f32; 2] = [0.26, 0.42];
 /// Leaves shorter than this are drops of the brush's tip.
 const DROP_BELOW: f32 = 0.008;
 /// Leaves in a group; how far apart their feet are, over their length, and by what angle they part; how far each turns besides.
 const LEAVES: [u64; 2] = [3, 7];
 const LEAF_FAN: [f32; 2] = [0.26, 0.24];
-const LEAF_TURN: f64 = 0.4;
+const LEAF_TURN: f32 = 0.4;
 /// Sigmas of the blurs whose differences are fine, middle and coarse texture.
 const GRAINS: [f64; 4] = [0.0012, 0.0028, 0.0065, 0.015];
 /// Sigma over which a plant mass is smooth, and the Lab L a length of it by which it turns from light to dark.
@@ -84,8 +84,8 @@ const TURN_STEPS: [f32; 2] = [2.5, 9.0];
 
 /// Hairs in a tuft, their lengths and widths, how far the outer ones lean, and how wide a tuft is at its foot.
 const HAIRS: [u64; 2] = [4, 8];
-const HAIR_LENGTHS: [f64; 2] = [0.014, 0.034];
-const HAIR_WIDTHS: [f64; 2] = [0.0014, 0.0028];
+const HAIR_LENGTHS: [f32; 2] = [0.014, 0.034];
+const HAIR_WIDTHS: [f32; 2] = [0.0014, 0.0028];
 const HAIR_LEAN: f32 = 0.45;
 const TUFT: f32 = 0.35;
 /// Size of the furthest tufts over that of the nearest.
@@ -94,12 +94,12 @@ const GRASS_FAR: f32 = 0.35;
 const LYING: f32 = 0.5;
 
 /// Length of a ripple at the bottom of the water and its length over its width.
-const RIPPLE_LENGTHS: [f64; 2] = [0.045, 0.095];
-const RIPPLE_SHAPE: [f64; 2] = [5.0, 9.0];
+const RIPPLE_LENGTHS: [f32; 2] = [0.045, 0.095];
+const RIPPLE_SHAPE: [f32; 2] = [5.0, 9.0];
 /// Size at the top of the water over that at its bottom.
 const FAR: f32 = 0.14;
 /// How far a ripple sags in its middle, over its length; some arch instead.
-const RIPPLE_SAG: [f64; 2] = [-0.03, 0.07];
+const RIPPLE_SAG: [f32; 2] = [-0.03, 0.07];
 /// Thinnest ripple.
 const RIPPLE_LEAST: f64 = 0.0012;
 /// How much denser ripples are at the bottom, as against the top.
@@ -114,10 +114,10 @@ const RIPPLE_STEP: f32 = 1.5;
 const SEEN: [f32; 2] = [1.0, 7.0];
 /// Strokes of a hatch, their lengths, widths, distance over width, and turn against the structure.
 const HATCHES: [u64; 2] = [2, 4];
-const HATCH_LENGTHS: [f64; 2] = [0.012, 0.032];
-const HATCH_WIDTHS: [f64; 2] = [0.0026, 0.0052];
-const HATCH_PITCH: [f64; 2] = [1.7, 2.6];
-const HATCH_TURN: f64 = 0.22;
+const HATCH_LENGTHS: [f32; 2] = [0.012, 0.032];
+const HATCH_WIDTHS: [f32; 2] = [0.0026, 0.0052];
+const HATCH_PITCH: [f32; 2] = [1.7, 2.6];
+const HATCH_TURN: f32 = 0.22;
 
 /// Leaves where plants end and where they turn from light to dark, in groups, each group pointing outward.
 ///
@@ -275,7 +275,7 @@ pub fn ripples(ground: &Ground) -> Vec<Stroke> {
                 [x, y + down * sag]
             })
             .to_vec();
-        let kind = if length > RIPPLE_LENGTHS[0] as f32 * s as f32 && chance.unit() < 0.25 {
+        let kind = if length > RIPPLE_LENGTHS[0] * s as f32 && chance.unit() < 0.25 {
             Kind::Tail
         } else {
             Kind::Leaf
@@ -330,7 +330,7 @@ fn tone_within(ground: &Ground, sigma: f64) -> Raster<f32> {
 pub fn hatch(ground: &Ground) -> Vec<Stroke> {
     let s = ground.long_edge;
     let tone = gaussian_plane(ground.lightness, TURN_REACH * s);
-    let room = |_: [f32; 2]| ground.scale * (1.15 * HATCH_LENGTHS[1] * s) as f32;
+    let room = |_: [f32; 2]| ground.scale * 1.15 * HATCH_LENGTHS[1] * s as f32;
     let step_at = |[x, y]: [f32; 2]| ground.lightness.sample(x, y) - tone.sample(x, y);
     let weight = |at: [f32; 2]| 0.4 + smoothstep(step_at(at).abs(), SEEN[0], SEEN[1]);
     Marks::of(ground, "hatch").place(weight, room, |chance, at| {
@@ -377,38 +377,6 @@ fn size([x, y]: [f32; 2]) -> f32 {
 fn along(ground: &Ground, [x, y]: [f32; 2]) -> f32 {
     let cell = |place: f32, cells: usize| (place.max(0.0) as usize).min(cells.saturating_sub(1));
     ground.direction.at(cell(x, ground.direction.width()), cell(y, ground.direction.height()))
-}
-
-/// The accidents of one group of marks.
-struct Chance {
-    key: u64,
-    drawn: u64,
-}
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.drawn += 1;
-        random::fold(self.key, self.drawn)
-    }
-
-    /// From 0 to 1.
-    fn unit(&mut self) -> f32 {
-        random::unit_f32(self.next())
-    }
-
-    fn between(&mut self, [least, most]: [f64; 2]) -> f32 {
-        random::between(self.next(), least, most) as f32
-    }
-
-    /// About 0, most of it up to `deviation` to either side, never beyond 1.7 of it: the sum of three even ones.
-    fn spread(&mut self, deviation: f64) -> f32 {
-        let sum: f64 = (0..3).map(|_| random::between(self.next(), -1.0, 1.0)).sum();
-        (deviation * sum * 0.57) as f32
-    }
-
-    fn count(&mut self, [least, most]: [u64; 2]) -> u64 {
-        least + random::below(self.next(), most - least + 1)
-    }
 }
 
 /// Groups of marks over a ground, no two too near each other.
@@ -482,7 +450,7 @@ impl<'a> Marks<'a> {
             if taken.iter().any(is_near) {
                 continue;
             }
-            let marks = group(&mut Chance { key, drawn: 0 }, at);
+            let marks = group(&mut Chance::of(key), at);
             let is_there = |stroke: &Stroke| {
                 let inside = |&&[x, y]: &&[f32; 2]| density.sample(x, y) >= THERE[1];
                 stroke.points.iter().filter(inside).count() + self.outside >= stroke.points.len()

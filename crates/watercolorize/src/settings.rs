@@ -23,8 +23,8 @@ parameters! {
             acts: Simulation, doc: "How freely contours are drawn: long straight runs and few corners.", source: "custom",
         }
         key: f64 {
-            symbol: "", label: "Key", unit: "1", default: 1.0, hard: (0.0, 3.0), soft: (0.3, 1.5),
-            acts: Simulation, doc: "How far tones are lifted toward a light key; 0 keeps the photograph's.", source: "custom",
+            symbol: "", label: "Key", unit: "1", default: 1.0, hard: (-2.0, 3.0), soft: (-1.0, 1.5),
+            acts: Simulation, doc: "How far tones are lifted toward a light key; 0 keeps the photograph's, less than 0 lowers them toward night.", source: "custom",
         }
         chroma: f64 {
             symbol: "", label: "Chroma", unit: "1", default: 1.0, hard: (0.0, 3.0), soft: (0.5, 1.5),
@@ -83,7 +83,7 @@ parameters! {
             acts: Simulation, doc: "How many pigments at most are chosen for the palette.", source: "custom",
         }
         plan_cells: u32 {
-            symbol: "S", label: "Planning size", unit: "cells", default: 1100, hard: (64.0, 3000.0), soft: (700.0, 1600.0),
+            symbol: "S", label: "Planning size", unit: "cells", default: 900, hard: (64.0, 3000.0), soft: (700.0, 1600.0),
             acts: Simulation, doc: "Cells along the long edge that the painting is planned on.", source: "custom",
         }
     }

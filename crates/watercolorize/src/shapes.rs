@@ -11,7 +11,7 @@ use crate::study::{Plane, Study};
 use crate::values::LEVELS;
 
 /// How large masses are by default, over those that follow a tone closely: what they leave flat is modelled with strokes.
-const MASSES: f32 = 1.6;
+const MASSES: f32 = 1.3;
 /// How far a gradient may go from a shape's middle, Lab L; how much of it hue follows, and how far, Lab a and b.
 const GRADIENT: f32 = 15.0;
 const HUE_GRADIENT: (f32, f32) = (0.7, 10.0);

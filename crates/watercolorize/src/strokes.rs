@@ -40,18 +40,18 @@ const ACCENT_SHAPE: f32 = 5.0;
 const ACCENT_DOT: f32 = 0.65;
 
 /// Width of a pen's line, part of the long edge.
-const PEN: f32 = 0.0011;
+const PEN: f32 = 0.0016;
 
 /// A pencil: most lines, shortest and longest, width, parts of the long edge; turn that ends one, radians; how far it goes
 /// beside a contour and past its end, parts of the long edge; and how much darker than its ground it is, Lab L.
-const MOST_PENCIL: f64 = 50.0;
+const MOST_PENCIL: f64 = 40.0;
 const PENCIL_LENGTHS: [f32; 2] = [0.02, 0.30];
 const PENCIL: f32 = 0.0013;
 /// Darkest ground, Lab L: in darks a pencil is not seen.
 const PENCIL_ABOVE: f32 = 60.0;
 const PENCIL_CORNER: f32 = 0.8;
-const PENCIL_BESIDE: f32 = 0.0022;
-const PENCIL_PAST: [f32; 2] = [0.002, 0.014];
+const PENCIL_BESIDE: f32 = 0.0014;
+const PENCIL_PAST: [f32; 2] = [0.001, 0.008];
 const PENCIL_STEP: [f32; 2] = [16.0, 34.0];
 
 /// A mark before its color is mixed.
@@ -462,8 +462,7 @@ fn pressed(found: &Trace, color: [f32; 3], chance: &mut Chance) -> Gesture {
     let count = found.points.len();
     let widths = found.widths.iter().enumerate().map(|(at, width)| {
         let along = at as f32 / (count - 1).max(1) as f32;
-        let press = (7.0 * (along + 0.06)).min(2.4 * (1.04 - along)).clamp(0.12, 1.0);
-        width * libm::powf(press, 0.7)
+        width * pressed_at(along)
     });
     let widths = widths.collect();
     let mut gesture = Gesture::new(found.points.clone(), widths, color);
@@ -473,9 +472,12 @@ fn pressed(found: &Trace, color: [f32; 3], chance: &mut Chance) -> Gesture {
 
 /// The same as an outline, for what is left out of washes: lights.
 pub fn outline(found: &Trace) -> Vec<[f32; 2]> {
-    outlined(found, |at| {
-        libm::powf((7.0 * (at + 0.06)).min(2.4 * (1.04 - at)).clamp(0.12, 1.0), 0.7)
-    })
+    outlined(found, pressed_at)
+}
+
+/// Width along a stroke as a part of the most: set down, pressed, lifted off slowly.
+fn pressed_at(along: f32) -> f32 {
+    libm::powf((7.0 * (along + 0.06)).min(2.4 * (1.04 - along)).clamp(0.12, 1.0), 0.7)
 }
 
 /// An outline whose width is so much of the trace's along it.

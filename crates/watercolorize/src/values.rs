@@ -17,18 +17,18 @@ const PARTS: [f64; 5] = [0.01, 0.12, 0.5, 0.8, 0.92];
 /// What those tones become, Lab L, and how far each is lifted at most. Darks lifted by half of this were a cliff of one
 /// heavy dark.
 const GOALS: [f32; 5] = [20.0, 36.0, 66.0, 88.0, 97.0];
-const LIFTS: [f32; 5] = [12.0, 22.0, 22.0, 24.0, 26.0];
+const LIFTS: [f32; 5] = [8.0, 18.0, 21.0, 24.0, 26.0];
 /// How far a tone may be lowered.
 const LOWERED: f32 = 2.0;
 /// Blackest and whitest tone.
 const ENDS: [f32; 2] = [16.0, 99.0];
 
 /// How much lighter darks are where nobody looks, and how much darker at the focus, Lab L; and which tones are darks.
-const AWAY: (f32, [f32; 2]) = (12.0, [60.0, 20.0]);
+const AWAY: (f32, [f32; 2]) = (8.0, [60.0, 20.0]);
 const FOCUS: (f32, [f32; 2]) = (7.0, [56.0, 28.0]);
 
 /// How colorful things are: always, more of it at the focus if they have some color, and more if they have much.
-const CHROMA: [f32; 3] = [0.64, 0.20, 0.36];
+const CHROMA: [f32; 3] = [0.69, 0.20, 0.34];
 const SOME_CHROMA: [f32; 2] = [4.0, 20.0];
 const MUCH_CHROMA: [f32; 2] = [16.0, 52.0];
 const MOST_CHROMA: f32 = 1.08;
@@ -57,7 +57,10 @@ impl Values {
         let mut before = ENDS[0];
         for k in 0..5 {
             let tone = found[k];
-            let goal = GOALS[k].clamp(tone - LOWERED, tone + (key * LIFTS[k]).max(0.0));
+            // A dark key lowers what a light one lifts.
+            let lowered = LOWERED + (-key * LIFTS[k]).max(0.0);
+            let goal = if key < 0.0 { tone - lowered } else { GOALS[k] };
+            let goal = goal.clamp(tone - lowered, tone + (key * LIFTS[k]).max(0.0));
             before = goal.max(before + 0.01);
             curve[k + 1] = (tone.max(curve[k].0 + 1e-3), before);
         }

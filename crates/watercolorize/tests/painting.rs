@@ -152,7 +152,7 @@ fn disc() -> Raster<[f32; 3]> {
 #[test]
 fn contours_are_hard_and_their_rims_vary() {
     let photo = disc();
-    let params = PhotoParams { granulation: 0.0, lost_edges: 0.0, drybrush: 0.0, ..params() };
+    let params = PhotoParams { granulation: 0.0, lost_edges: 0.0, drybrush: 0.0, pencil: 0.0, ..params() };
     let painting = paint(&Request { long_edge: 480, ..request(&photo, &params) });
     let picture = painting.painted.picture().map(|color| color.to_lab().l);
     let at = |angle: f64, radius: f64| {
