@@ -448,7 +448,9 @@ impl PlannedFill {
                 [along / HAIRS_MM[0] + 3.1 * f64::from(paint.family), across / HAIRS_MM[1]],
                 Fractal { octaves: 2, gain: 0.6 },
             ) as f32;
-        let place = 2.4 * self.noise.fbm([x / HAIRS_SEEN_MM + 41.0, y / HAIRS_SEEN_MM], Fractal { octaves: 2, gain: 0.5 }) as f32;
+        let place = 2.4
+            * self.noise.fbm([x / HAIRS_SEEN_MM + 41.0, y / HAIRS_SEEN_MM], Fractal { octaves: 2, gain: 0.5 })
+                as f32;
         1.0 + HAIRS * smoothstep(-0.1, 1.5, place) * lane.clamp(-2.0, 2.0)
     }
 

@@ -130,9 +130,8 @@ fn within_things(colors: &Colors, study: &Study, labels: &Raster<u16>, sigma: f6
         0.03 + libm::expf(-step * step)
     };
     let reach = libm::ceil(1.8 * sigma) as usize;
-    let kernel: Vec<f32> = (0..=reach)
-        .map(|off| libm::exp(-0.5 * (off as f64 / sigma) * (off as f64 / sigma)) as f32)
-        .collect();
+    let kernel: Vec<f32> =
+        (0..=reach).map(|off| libm::exp(-0.5 * (off as f64 / sigma) * (off as f64 / sigma)) as f32).collect();
     let (width, height) = (colors.width(), colors.height());
     // Along rows, then along columns, each time among cells of the same label.
     let weighted = Raster::by_rows(width, height, |x, y| {
@@ -166,7 +165,8 @@ fn differ(a: [f32; 3], b: [f32; 3]) -> f32 {
 
 impl Easel<'_> {
     fn cell(&self, [x, y]: Point) -> Option<(usize, usize)> {
-        let inside = x >= 0.0 && y >= 0.0 && x < self.labels.width() as f32 && y < self.labels.height() as f32;
+        let inside =
+            x >= 0.0 && y >= 0.0 && x < self.labels.width() as f32 && y < self.labels.height() as f32;
         inside.then_some((x as usize, y as usize))
     }
 
@@ -192,9 +192,9 @@ impl Easel<'_> {
         let mut begins: Vec<(f32, usize, usize)> = Vec::new();
         for top in (0..self.labels.height()).step_by(step) {
             for left in (0..self.labels.width()).step_by(step) {
-                let cells = (top..(top + step).min(self.labels.height()))
-                    .step_by(2)
-                    .flat_map(|y| (left..(left + step).min(self.labels.width())).step_by(2).map(move |x| (x, y)));
+                let cells = (top..(top + step).min(self.labels.height())).step_by(2).flat_map(|y| {
+                    (left..(left + step).min(self.labels.width())).step_by(2).map(move |x| (x, y))
+                });
                 let worst = cells
                     .filter(|&cell| self.is_free(cell))
                     .map(|(x, y)| (self.missing(brush, x, y), x, y))
@@ -225,9 +225,8 @@ impl Easel<'_> {
         let mut feathers = Vec::new();
         for top in (0..self.labels.height()).step_by(pitch) {
             for left in (0..self.labels.width()).step_by(pitch) {
-                let cells = (top..(top + pitch).min(self.labels.height() - 1)).flat_map(|y| {
-                    (left..(left + pitch).min(self.labels.width() - 1)).map(move |x| (x, y))
-                });
+                let cells = (top..(top + pitch).min(self.labels.height() - 1))
+                    .flat_map(|y| (left..(left + pitch).min(self.labels.width() - 1)).map(move |x| (x, y)));
                 let own = |(x, y)| self.labels.row(y)[x];
                 let edge = cells
                     .into_iter()
@@ -357,9 +356,8 @@ impl Easel<'_> {
                 let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
                 let size = libm::hypotf(dx, dy).max(1e-6);
                 let normal = [-dy / size, dx / size];
-                let room = [1.0f32, -1.0].map(|way| {
-                    self.room(path[at], normal.map(|n| n * way), 0.5 * wide, color)
-                });
+                let room =
+                    [1.0f32, -1.0].map(|way| self.room(path[at], normal.map(|n| n * way), 0.5 * wide, color));
                 (2.0 * room[0].min(room[1])).max(0.25 * wide)
             })
             .collect();
@@ -371,7 +369,8 @@ impl Easel<'_> {
             }
         }
         let mean = widths.iter().sum::<f32>() / widths.len() as f32;
-        let is_short = length < LONELY.1 * wide || (seen < 0.7 * LONELY.0 && self.study.texture.busy.at(begin.0, begin.1) < CALM);
+        let is_short = length < LONELY.1 * wide
+            || (seen < 0.7 * LONELY.0 && self.study.texture.busy.at(begin.0, begin.1) < CALM);
         if seen < LONELY.0 && is_short && !self.is_joined(&path, &widths, color) {
             return None;
         }
@@ -385,7 +384,10 @@ impl Easel<'_> {
             let lifted = ((1.0 - at) / tip).min(1.0);
             begun * (0.10 + 0.90 * libm::powf(lifted, 0.7))
         };
-        let rings = vec![outlined(&Trace { points: path.clone(), widths: widths.clone(), length, contrast: 0.0, score: 0.0 }, pressure)];
+        let rings = vec![outlined(
+            &Trace { points: path.clone(), widths: widths.clone(), length, contrast: 0.0, score: 0.0 },
+            pressure,
+        )];
         for (at, (&point, &wide)) in path.iter().zip(&widths).enumerate() {
             self.touch(point, 0.5 * wide * pressure(at as f32 / (path.len() - 1) as f32), color);
         }
@@ -498,7 +500,10 @@ impl Easel<'_> {
                 break;
             }
             if let Some([bx, by]) = before {
-                turned += libm::atan2f(bx * direction[1] - by * direction[0], bx * direction[0] + by * direction[1]);
+                turned += libm::atan2f(
+                    bx * direction[1] - by * direction[0],
+                    bx * direction[0] + by * direction[1],
+                );
             }
             if turned.abs() > TURNS {
                 break;

@@ -68,7 +68,8 @@ pub fn crisp(lab: &Raster<[f32; 3]>, long_edge: f64) -> Raster<[f32; 3]> {
             lab.at(cell.0, cell.1)
         };
         let [one, two] = [end(1.0), end(-1.0)];
-        let apart = |other: [f32; 3]| -> f32 { (0..3).map(|c| (own[c] - other[c]) * (own[c] - other[c])).sum() };
+        let apart =
+            |other: [f32; 3]| -> f32 { (0..3).map(|c| (own[c] - other[c]) * (own[c] - other[c])).sum() };
         if apart(one) <= apart(two) { one } else { two }
     })
 }
@@ -97,7 +98,8 @@ mod tests {
 
     #[test]
     fn a_thin_line_and_a_gradient_stay() {
-        let line = Raster::from_fn(200, 60, |x, _| [if (99..102).contains(&x) { 20.0 } else { 80.0 }, 0.0, 0.0]);
+        let line =
+            Raster::from_fn(200, 60, |x, _| [if (99..102).contains(&x) { 20.0 } else { 80.0 }, 0.0, 0.0]);
         let drawn = crisp(&line, 1000.0);
         assert!(drawn.at(100, 30)[0] < 25.0 && drawn.at(90, 30)[0] > 75.0);
         let gradient = Raster::from_fn(200, 60, |x, _| [20.0 + 0.3 * x as f32, 0.0, 0.0]);

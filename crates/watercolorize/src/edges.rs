@@ -126,7 +126,10 @@ impl Edges {
                         } else {
                             Kind::Crisp
                         }
-                    } else if lost > 0.0 && (step < soft || (sides.into_iter().all(is_sky) && clouds.sample(point[0], point[1]) > CLOUDS)) {
+                    } else if lost > 0.0
+                        && (step < soft
+                            || (sides.into_iter().all(is_sky) && clouds.sample(point[0], point[1]) > CLOUDS))
+                    {
                         Kind::Lost
                     } else if dry > 0.0 && chance(&dragging, dry, BY_CHANCE.0) && face < 0.1 {
                         Kind::Dragged

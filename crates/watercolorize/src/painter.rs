@@ -350,7 +350,14 @@ impl<'a> Planner<'a> {
                     let graded = (begin != end)
                         .then(|| Graded { line: shape.line.map(|end| study.mm(end)), amounts: end });
                     let laid_degrees = shape.laid.map(|angle| libm::round(f64::from(angle.to_degrees())));
-                    FilledFigure { figure, amounts: begin, graded, family: families[figure], laid_degrees, held: held(shape, params.wetness) }
+                    FilledFigure {
+                        figure,
+                        amounts: begin,
+                        graded,
+                        family: families[figure],
+                        laid_degrees,
+                        held: held(shape, params.wetness),
+                    }
                 })
                 .collect();
             if figures.is_empty() {

@@ -200,7 +200,7 @@ pub fn grass(ground: &Ground) -> Vec<Stroke> {
     let step_at = |[x, y]: [f32; 2]| ground.lightness.sample(x, y) - tone.sample(x, y);
     let mut marks = Marks::of(ground, "grass");
     marks.outside = 1;
-    let room = |at: [f32; 2]| 1.1 * HAIR_LENGTHS[1] as f32 * usual(at[1]);
+    let room = |at: [f32; 2]| 1.1 * HAIR_LENGTHS[1] * usual(at[1]);
     let weight = |at: [f32; 2]| 0.25 + smoothstep(step_at(at).abs(), SEEN[0], SEEN[1]);
     marks.place(weight, room, |chance, at| {
         let up = upright(along(ground, at));
@@ -245,7 +245,7 @@ pub fn ripples(ground: &Ground) -> Vec<Stroke> {
         };
         (-LOOKS..=LOOKS).map(step).sum::<f32>() / f32::from(2 * LOOKS + 1)
     };
-    let mean_length = 0.5 * (RIPPLE_LENGTHS[0] + RIPPLE_LENGTHS[1]) as f32;
+    let mean_length = 0.5 * ((RIPPLE_LENGTHS[0] + RIPPLE_LENGTHS[1]));
     let weight = |at: [f32; 2]| {
         let step = step_at(at, mean_length * usual(at[1])).abs();
         (1.0 + (NEARER - 1.0) * nearness.at(at[1])) * smoothstep(step, 0.5 * RIPPLE_STEP, 4.0 * RIPPLE_STEP)

@@ -140,7 +140,7 @@ impl Shapes {
         let mut washes = washes_of(&found, study, params);
         let is_sky = skies(&found, study);
         for (washes, _) in washes.iter_mut().zip(&is_sky).filter(|(_, is_sky)| **is_sky) {
-            *washes = 1;
+            *washes = usize::from(params.background >= 0.5);
         }
         let mut chance = Chance::new(seed, "shapes");
         let drift = [0, 1].map(|k| plane(seed, &format!("drift {k}"), study.mount.size, DRIFT.0 * s));
@@ -196,7 +196,7 @@ impl Shapes {
             .collect();
         let sky = found.labels.map(|label| f32::from(u8::from(is_sky[label as usize])));
         // Over the sky, under all that stands before it.
-        if params.washes > 1 {
+        if params.washes > 1 && params.background >= 0.5 {
             let above = shapes.iter().rposition(|shape| shape.is_sky).map_or(0, |last| last + 1);
             let second = second_sky(&shapes, &found, &is_sky, study, seed);
             shapes.splice(above..above, second);
@@ -381,8 +381,7 @@ fn second_sky(shapes: &[Shape], found: &Masses, is_sky: &[bool], study: &Study, 
     let mask = Raster::by_rows(size[0], size[1], |x, y| sky.at(x, y) && level.at(x, y) > least);
     let largest = shapes.iter().filter(|shape| shape.is_sky).max_by(|a, b| a.area.total_cmp(&b.area));
     let Some(largest) = largest else { return Vec::new() };
-    let rings =
-        around(&mask, s, 1.6).into_iter().filter(|ring| ring_area(ring) > 6e-3 * s * s);
+    let rings = around(&mask, s, 1.6).into_iter().filter(|ring| ring_area(ring) > 6e-3 * s * s);
     let rings: Vec<_> = rings.map(|ring| rounded(&ring)).collect();
     if rings.is_empty() {
         return Vec::new();

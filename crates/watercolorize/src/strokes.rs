@@ -225,7 +225,8 @@ impl Sheet<'_> {
                 let seen = study.along(&found.points, &study.attention);
                 let wide = found.widths.iter().fold(0.0f32, |most, &width| most.max(width));
                 let is_line = found.length > ACCENT_SHAPE * wide;
-                (seen > ACCENT_SEEN && (is_line || seen > ACCENT_DOT)) || found.length > ACCENT_LONG * s as f32
+                (seen > ACCENT_SEEN && (is_line || seen > ACCENT_DOT))
+                    || found.length > ACCENT_LONG * s as f32
             })
             .map(|found| {
                 let seen = study.along(&found.points, &study.attention);
@@ -371,10 +372,12 @@ impl Sheet<'_> {
                 let widths = (0..points.len())
                     .map(|at| {
                         let along = at as f32 / last;
-                        wide * chance.between([0.8, 1.2]) * (4.0 * along + 0.4).min(3.0 * (1.0 - along) + 0.3).min(1.0)
+                        wide * chance.between([0.8, 1.2])
+                            * (4.0 * along + 0.4).min(3.0 * (1.0 - along) + 0.3).min(1.0)
                     })
                     .collect();
-                let mut gesture = Gesture::new(points, widths, [tone, 0.6 * ground[1], 0.6 * ground[2] - 1.0]);
+                let mut gesture =
+                    Gesture::new(points, widths, [tone, 0.6 * ground[1], 0.6 * ground[2] - 1.0]);
                 gesture.dry = [0.0, chance.between([0.0, 0.5]), 0.8];
                 gesture
             })
@@ -426,7 +429,8 @@ fn in_one_go(run: &[[f32; 2]], longest: f32) -> Vec<[f32; 2]> {
     for _ in 0..12 {
         let before = smooth.clone();
         for at in 1..before.len() - 1 {
-            smooth[at] = [0, 1].map(|k: usize| 0.5 * before[at][k] + 0.25 * (before[at - 1][k] + before[at + 1][k]));
+            smooth[at] =
+                [0, 1].map(|k: usize| 0.5 * before[at][k] + 0.25 * (before[at - 1][k] + before[at + 1][k]));
         }
     }
     let mut length = 0.0;
@@ -447,7 +451,15 @@ fn shifted(points: &[[f32; 2]], beside: f32, past: [f32; 2]) -> Vec<[f32; 2]> {
         let size = away(a, b).max(1e-6);
         [(b[0] - a[0]) / size, (b[1] - a[1]) / size]
     };
-    let beyond = |at: usize| if at == 0 { -past[0] } else if at == last { past[1] } else { 0.0 };
+    let beyond = |at: usize| {
+        if at == 0 {
+            -past[0]
+        } else if at == last {
+            past[1]
+        } else {
+            0.0
+        }
+    };
     (0..points.len())
         .map(|at| {
             let [dx, dy] = along(at);

@@ -110,8 +110,8 @@ fn photographs_are_painted_as_they_were() {
         let is_painting = found.key > 45.0
             && found.darks < 0.25
             && found.whites < 0.5
-            && (0.01..0.15).contains(&found.contours)
-            && found.hard > 0.6;
+            && (0.008..0.15).contains(&found.contours)
+            && found.hard > 0.55;
         assert!(is_painting, "{name}: {found:?}");
         let path = folder.join(format!("{name}.png"));
         if writing {
@@ -119,22 +119,23 @@ fn photographs_are_painted_as_they_were() {
             continue;
         }
         let expected = File::open(&path).unwrap();
-        let expected = read_photo(
-            std::io::BufReader::new(expected),
-            None,
-            &PictureLimits::default(),
-            LinearRgb::WHITE,
-        )
-        .unwrap()
-        .pixels
-        .map(|color| LinearRgb(color.map(f64::from)));
-        assert_eq!([expected.width(), expected.height()], [picture.width(), picture.height()], "{name}: size");
+        let expected =
+            read_photo(std::io::BufReader::new(expected), None, &PictureLimits::default(), LinearRgb::WHITE)
+                .unwrap()
+                .pixels
+                .map(|color| LinearRgb(color.map(f64::from)));
+        assert_eq!(
+            [expected.width(), expected.height()],
+            [picture.width(), picture.height()],
+            "{name}: size"
+        );
         let pairs = expected.as_slice().iter().zip(picture.as_slice());
         let off: f64 = pairs.map(|(a, b)| a.to_lab().ciede2000(lab(*b))).sum();
         let off = off / picture.as_slice().len() as f64;
         if off > ROUNDING {
             changed.push(format!("{name} by {off:.2}"));
-            let file = File::create(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"))).unwrap();
+            let file =
+                File::create(Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"))).unwrap();
             write_png(file, &picture, &PictureMeta::default()).unwrap();
         }
     }
