@@ -152,7 +152,10 @@ fn json_tells_where_pigments_went() {
     assert!(!palette.is_empty() && palette.iter().all(|id| QUICK.contains(id.as_str().unwrap())));
     for glaze in told["glazes"].as_array().unwrap() {
         let name = glaze["name"].as_str().unwrap();
-        assert!(name.starts_with("wash") || ["tones and texture", "accents"].contains(&name), "{name}");
+        assert!(
+            name.starts_with("wash") || ["pencil", "tones and texture", "accents"].contains(&name),
+            "{name}"
+        );
         for pigment in glaze["pigments"].as_array().unwrap() {
             let amount = |key: &str| pigment[key].as_f64().unwrap();
             let left = amount("laid") - amount("lifted");
@@ -401,7 +404,7 @@ fn a_plan_lists_all_that_is_written_and_a_named_folder_is_made() {
         "save: new/photo.girtin",
         "layers: a.ora",
         "timelapse: a.gif",
-        "stages: new/photo/01-wash.png, new/photo/02-wash.png, new/photo/03-wash.png, new/photo/04-wash.png, new/photo/palette.png",
+        "stages: new/photo/01-wash.png, new/photo/02-wash.png, new/photo/03-wash.png, new/photo/04-wash.png, new/photo/05-wash.png, new/photo/palette.png",
     ] {
         assert!(plan.contains(said), "{said} in {plan}");
     }

@@ -245,7 +245,7 @@ pub fn ripples(ground: &Ground) -> Vec<Stroke> {
         };
         (-LOOKS..=LOOKS).map(step).sum::<f32>() / f32::from(2 * LOOKS + 1)
     };
-    let mean_length = 0.5 * ((RIPPLE_LENGTHS[0] + RIPPLE_LENGTHS[1]));
+    let mean_length = 0.5 * (RIPPLE_LENGTHS[0] + RIPPLE_LENGTHS[1]);
     let weight = |at: [f32; 2]| {
         let step = step_at(at, mean_length * usual(at[1])).abs();
         (1.0 + (NEARER - 1.0) * nearness.at(at[1])) * smoothstep(step, 0.5 * RIPPLE_STEP, 4.0 * RIPPLE_STEP)

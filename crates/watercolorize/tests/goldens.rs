@@ -108,7 +108,7 @@ fn photographs_are_painted_as_they_were() {
         let found = statistics(&picture);
         println!("{name}: {found:.3?}");
         let is_painting = found.key > 45.0
-            && found.darks < 0.25
+            && found.darks < 0.35
             && found.whites < 0.5
             && (0.008..0.15).contains(&found.contours)
             && found.hard > 0.55;

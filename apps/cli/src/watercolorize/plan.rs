@@ -13,34 +13,39 @@ use super::outputs::Errand;
 /// Bytes of a photograph's pixel, as light, and besides while it is decoded.
 const LIGHT: u64 = 12;
 const DECODED: u64 = 6;
-/// Bytes of a cell that is planned and painted on, and of one for each pigment and wash.
+/// Bytes of a cell that a photograph is planned on; those painted on are fewer.
+const PLANNED: u64 = 205;
+/// Bytes of a cell that mattes are painted on, and of one for each pigment and wash.
 const CELL: u64 = 520;
 const PIGMENT: u64 = 12;
-/// Bytes of a cell for what a wash is meant to be; all washes' are found before the first is laid.
-const INTENT: u64 = 60;
-/// Percent of that which are kept until the picture is developed.
-const KEPT: u64 = 40;
+/// Percent of that which are kept until the picture is developed, of a photograph's and of mattes'.
+const KEPT: u64 = 90;
+const MATTE_KEPT: u64 = 40;
 /// Bytes of a picture's pixel, while it is developed and written; of the picture after each wash; and besides of what
 /// layers are made of.
 const PIXEL: u64 = 6;
 const WASHED: u64 = 3;
 const LAYERED: u64 = 30;
 /// What the program takes before it has done anything.
-const BASE: u64 = 30_000_000;
+const BASE: u64 = 46_000_000;
 
-/// Seconds of one thread for a cell and wash, to plan and paint it.
-const CELL_SECONDS: f64 = 5e-6;
+/// Seconds of one thread to plan and paint a photograph however small, for a cell that is looked at, and for one and each wash.
+const PHOTO_SECONDS: f64 = 2.3;
+const LOOK_SECONDS: f64 = 3.0e-6;
+const CELL_SECONDS: f64 = 0.53e-6;
 /// The same for a cell and glaze of a matte.
 const MATTE_SECONDS: f64 = 3.7e-6;
-/// Seconds of one thread to look at a cell, and to choose a palette.
-const LOOK_SECONDS: f64 = 3e-6;
-const PALETTE_SECONDS: f64 = 1.2;
-/// Seconds of one thread for a pixel and wash, to develop it.
-const PIXEL_SECONDS: f64 = 0.085e-6;
+/// Seconds of one thread to choose a palette.
+const PALETTE_SECONDS: f64 = 1.3;
+/// Seconds of one thread for a pixel and wash of a drawing, and of mattes, to develop it.
+const PIXEL_SECONDS: f64 = 0.19e-6;
+const MATTE_PIXEL_SECONDS: f64 = 0.085e-6;
+/// How much longer threads take together than each its part.
+const TOGETHER: f64 = 1.15;
 /// Seconds for a pixel, which no number of threads shortens: to read a photograph, to write a picture, to write a layer.
 const READ_SECONDS: f64 = 0.07e-6;
 const WRITE_SECONDS: f64 = 0.1e-6;
-const LAYER_SECONDS: f64 = 0.24e-6;
+const LAYER_SECONDS: f64 = 0.5e-6;
 
 /// The plan of one painting.
 #[derive(Clone, Copy, Debug)]
@@ -96,16 +101,20 @@ impl Plan<'_> {
     /// Bytes of memory, about.
     pub fn memory(&self) -> u64 {
         let glazes = self.glazes();
-        let painting = self.cells() * (CELL + PIGMENT * glazes * self.pigments());
+        let has_mattes = self.errand.mattes.is_some();
+        let (each, kept) = if has_mattes {
+            (CELL + PIGMENT * glazes * self.pigments(), MATTE_KEPT)
+        } else {
+            (PLANNED, KEPT)
+        };
+        let painting = self.cells() * each;
         let layered = if self.errand.layers.is_some() { LAYERED } else { 0 };
         let washed = if self.writes_washes() { WASHED * (glazes + 2) + layered } else { 0 };
         // What is painted from is no larger than lines are looked for on.
         let looked_at = self.photographed().min(4 * self.cells());
-        let meant = if self.errand.mattes.is_some() { 0 } else { self.cells() * INTENT * glazes };
         // One after another: the photograph is read, painted from, and gone when the picture is developed.
-        let [reading, planning] =
-            [self.photographed() * (LIGHT + DECODED), looked_at * LIGHT + meant + painting];
-        BASE + reading.max(planning).max(painting * KEPT / 100 + PIXEL.max(washed) * self.pixels())
+        let [reading, planning] = [self.photographed() * (LIGHT + DECODED), looked_at * LIGHT + painting];
+        BASE + reading.max(planning).max(painting * kept / 100 + PIXEL.max(washed) * self.pixels())
     }
 
     fn photographed(&self) -> u64 {
@@ -122,14 +131,19 @@ impl Plan<'_> {
         let threads = rayon::current_num_threads() as f64;
         let (glazes, has_mattes) = (self.glazes() as f64, self.errand.mattes.is_some());
         let palette = if self.recipe.palette.is_some() || has_mattes { 0.0 } else { PALETTE_SECONDS };
-        let each = if has_mattes { MATTE_SECONDS } else { CELL_SECONDS };
-        let painting = self.cells() as f64 * (LOOK_SECONDS + each * glazes) + palette;
+        let (whole, look, each, pixel) = if has_mattes {
+            (0.0, 0.0, MATTE_SECONDS, MATTE_PIXEL_SECONDS)
+        } else {
+            (PHOTO_SECONDS, LOOK_SECONDS, CELL_SECONDS, PIXEL_SECONDS)
+        };
+        let painting = whole + palette + self.cells() as f64 * (look + each * glazes);
+        let threads = threads / if threads > 1.0 { TOGETHER } else { 1.0 };
         // Washes of every picture that is developed, bare paper as one: of the first ones 0, 1, 2 and so on.
         let before = if self.writes_washes() { 0.5 * glazes * (glazes + 1.0) } else { 0.0 };
         let stages = if self.errand.stages.is_some() { glazes } else { 0.0 };
         let layers = if self.errand.layers.is_some() { glazes + 2.0 } else { 0.0 };
         let written = WRITE_SECONDS * (1.0 + stages) + LAYER_SECONDS * layers;
-        let developing = PIXEL_SECONDS * (1.0 + glazes + before) / threads + written;
+        let developing = pixel * (1.0 + glazes + before) / threads + written;
         let reading = self.photographed() as f64 * READ_SECONDS;
         [reading + painting / threads, self.pixels() as f64 * developing]
     }
