@@ -38,6 +38,8 @@ const ACCENT_LONG: f32 = 0.045;
 /// How many times as long as wide an accent is, and from which attention on it may be shorter.
 const ACCENT_SHAPE: f32 = 5.0;
 const ACCENT_DOT: f32 = 0.65;
+/// Contrast, Lab L, from which on a line is drawn wherever it is.
+const ACCENT_STRONG: f32 = 20.0;
 
 /// Width of a pen's line, part of the long edge.
 const PEN: f32 = 0.0016;
@@ -226,6 +228,7 @@ impl Sheet<'_> {
                 let wide = found.widths.iter().fold(0.0f32, |most, &width| most.max(width));
                 let is_line = found.length > ACCENT_SHAPE * wide;
                 (seen > ACCENT_SEEN && (is_line || seen > ACCENT_DOT))
+                    || (is_line && found.contrast > ACCENT_STRONG)
                     || found.length > ACCENT_LONG * s as f32
             })
             .map(|found| {
