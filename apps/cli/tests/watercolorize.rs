@@ -153,7 +153,8 @@ fn json_tells_where_pigments_went() {
     for glaze in told["glazes"].as_array().unwrap() {
         let name = glaze["name"].as_str().unwrap();
         assert!(
-            name.starts_with("wash") || ["pencil", "tones and texture", "accents"].contains(&name),
+            name.starts_with("wash")
+                || ["pencil", "tones and texture", "accents", "knife and spatter"].contains(&name),
             "{name}"
         );
         for pigment in glaze["pigments"].as_array().unwrap() {
@@ -404,7 +405,7 @@ fn a_plan_lists_all_that_is_written_and_a_named_folder_is_made() {
         "save: new/photo.girtin",
         "layers: a.ora",
         "timelapse: a.gif",
-        "stages: new/photo/01-wash.png, new/photo/02-wash.png, new/photo/03-wash.png, new/photo/04-wash.png, new/photo/05-wash.png, new/photo/palette.png",
+        "stages: new/photo/01-wash.png, new/photo/02-wash.png, new/photo/03-wash.png, new/photo/04-wash.png, new/photo/05-wash.png, new/photo/06-wash.png, new/photo/palette.png",
     ] {
         assert!(plan.contains(said), "{said} in {plan}");
     }

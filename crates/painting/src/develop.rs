@@ -7,6 +7,7 @@ use girtin_paper::{HeightSource, RakingLight, raking_light};
 use rayon::prelude::*;
 
 use crate::area::Canvas;
+use crate::brush::{PlannedMark, Touch};
 use crate::composite::print;
 use crate::drawing::BARE;
 use crate::dried::Dried;
@@ -224,26 +225,33 @@ impl<'a> Drawn<'a> {
         if let Some(fill) = &figures.fill {
             fill.row(&dried.amounts, &figures.grain, &row, &mut covered, &mut amounts);
         }
-        for mark in &figures.marks {
+        let touches = |mark: &PlannedMark, each: &mut dyn FnMut(usize, &Touch)| {
             let [[x0, y0], [x1, y1]] = mark.bounds();
             if at_y < y0 || at_y > y1 {
-                continue;
+                return;
             }
             let column = |mm: f64| ((mm - self.origin[0]) * self.per_mm).clamp(0.0, width as f64) as usize;
             for x in column(x0)..column(x1 + 1.0 / self.per_mm) {
                 let place = [self.origin[0] + (x as f64 + 0.5) / self.per_mm, at_y];
                 let (tooth, pin) = (self.surface.tooth.row(y)[x], self.surface.pins.row(y)[x]);
-                let Some(touch) = mark.at(place, tooth, pin, self.per_mm as f32) else { continue };
+                if let Some(touch) = mark.at(place, tooth, pin, self.per_mm as f32) {
+                    each(x, &touch);
+                }
+            }
+        };
+        let (knives, brushes): (Vec<_>, Vec<_>) = figures.marks.iter().partition(|mark| mark.scraped() > 0.0);
+        for mark in brushes {
+            touches(mark, &mut |x, touch| {
                 // United: where two lie over each other paint lies once, the more of it.
                 let before = covered[x];
                 let all = before.max(touch.covered);
                 for (pigment, (row, grain)) in amounts.iter_mut().zip(&figures.grain).enumerate() {
-                    let own = mark.amounts(&touch, pigment) * self.surface.grain(x, y, *grain);
+                    let own = mark.amounts(touch, pigment) * self.surface.grain(x, y, *grain);
                     let both = (row[x] * before).max(own * touch.covered);
                     row[x] = if all > 0.0 { both / all } else { 0.0 };
                 }
                 covered[x] = all;
-            }
+            });
         }
         // Paper that is not covered shows as it was: a part of the light, not less paint.
         let mut painted = 0;
@@ -264,6 +272,15 @@ impl<'a> Drawn<'a> {
                 }
             }
             painted = end.max(begin);
+        }
+        // A knife goes through all that is dry.
+        for mark in knives {
+            touches(mark, &mut |x, touch| {
+                let part = f64::from(mark.scraped() * touch.covered);
+                for (channel, bare) in ground[x].0.iter_mut().zip(self.sheet.ground.0) {
+                    *channel += part * (bare - *channel);
+                }
+            });
         }
     }
 }
@@ -414,4 +431,46 @@ fn reduced(samples: &Raster<LinearRgb>, skipped: usize, rows: usize, factor: usi
         }
     }
     pixels
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{Document, MapChest, PaintConfig, Stock};
+
+    /// A dark mark with a knife's scrape across it, in glazes of their own; `%` is how much it scrapes.
+    const SCRAPED: &str = "format = 1
+[sheet]
+size = [30, 20]
+pixels_per_mm = 4
+[[glaze]]
+pigments = ['sepia']
+[[glaze.events]]
+do = 'marks'
+rim = 0
+marks = [{ path = [[2, 10], [28, 10]], widths = [8, 8], amounts = [1.5] }]
+[[glaze]]
+pigments = ['sepia']
+[[glaze.events]]
+do = 'marks'
+rim = 0
+marks = [{ path = [[15, 2], [15, 18]], widths = [2, 2], amounts = [0], scraped = % }]
+";
+
+    #[test]
+    fn a_knife_shows_as_much_of_the_paper_as_it_scrapes() {
+        let light = |scraped: &str| {
+            let text = SCRAPED.replace('%', scraped);
+            let document = Document::from_toml("test", &text, &Stock::builtin()).unwrap();
+            let painted =
+                document.paint(&Stock::builtin(), &MapChest::default(), &PaintConfig::default()).unwrap();
+            let picture = painted.picture();
+            let at = |mm: [f64; 2]| picture.at((4.0 * mm[0]) as usize, (4.0 * mm[1]) as usize).0[1];
+            assert_eq!(picture.at(60, 12), document.sheet.ground, "paper stays paper");
+            (at([15.0, 10.0]), at([8.0, 10.0]), document.sheet.ground.0[1])
+        };
+        let (whole, dark, paper) = light("1");
+        assert!(dark < 0.3 && (whole - paper).abs() < 1e-6, "{whole} {dark} {paper}");
+        let (half, dark, _) = light("0.5");
+        assert!((half - 0.5 * (dark + paper)).abs() < 0.1, "{half}");
+    }
 }

@@ -527,3 +527,71 @@ impl Easel<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use girtin_painting::Stock;
+
+    use super::*;
+    use crate::mount::{Mount, Mounting};
+    use crate::painter::Request;
+
+    /// A study of a photograph in grays, and the shapes it is laid on.
+    fn strokes_over(gray: impl Fn(usize, usize) -> f32 + Copy) -> Vec<Shape> {
+        let photo = Raster::from_fn(300, 200, |x, y| [gray(x, y); 3]);
+        let params = PhotoParams::default();
+        let mounting = Mounting { margin: 0.0, ..Mounting::default() };
+        let request = Request {
+            photo: &photo,
+            pixels: [300, 200],
+            params: &params,
+            palette: None,
+            paper: "cold-press",
+            mounting,
+            seed: 3,
+            long_edge: 300,
+            reserve: None,
+            detail_map: None,
+            focus: None,
+            title: "",
+        };
+        assert!(Stock::builtin().papers.get(request.paper).is_ok());
+        let study = Study::new(&request, Mount::new(request.pixels, 300.0, &mounting));
+        let whole = Shape {
+            colors: [[60.0, 0.0, 0.0]; 2],
+            washes: 2,
+            attention: 0.9,
+            seen: [0.0; 2],
+            ..Shape::bare(vec![vec![[0.0, 0.0], [300.0, 0.0], [300.0, 200.0], [0.0, 200.0]]])
+        };
+        let labels = Raster::new(study.mount.size[0], study.mount.size[1], 1u16);
+        brushwork(&study, &[whole], &labels, &params, 3)
+    }
+
+    #[test]
+    fn strokes_lie_along_the_stripes_that_they_stand_for() {
+        let strokes = strokes_over(|_, y| if y / 12 % 2 == 0 { 0.10 } else { 0.5 });
+        assert!(strokes.len() > 5, "{}", strokes.len());
+        let along = strokes.iter().filter(|stroke| libm::sinf(stroke.laid.unwrap()).abs() < 0.3).count();
+        assert!(10 * along > 9 * strokes.len(), "{along} of {}", strokes.len());
+    }
+
+    #[test]
+    fn what_is_planned_as_it_is_seen_needs_none() {
+        let study_gray = |_: usize, _: usize| 0.28;
+        let strokes = strokes_over(study_gray);
+        assert!(strokes.len() < 4, "{}", strokes.len());
+    }
+
+    #[test]
+    fn no_stroke_goes_over_a_silhouette() {
+        // Dark to the left, light to the right: a stroke is on one side of the middle, but for its round edge.
+        let strokes = strokes_over(|x, _| if x < 150 { 0.03 } else { 0.7 });
+        assert!(strokes.len() > 3, "{}", strokes.len());
+        for stroke in strokes {
+            let columns = stroke.rings[0].iter().map(|point| point[0]);
+            let (low, high) = columns.fold((f32::MAX, f32::MIN), |(low, high), x| (low.min(x), high.max(x)));
+            assert!(low > 144.0 || high < 156.0, "{low} to {high}");
+        }
+    }
+}

@@ -269,7 +269,7 @@ impl<'a> Planner<'a> {
         });
         let texture = &study.texture;
         let most = (MOST_LIGHTS * params.lights) as usize;
-        let kept = lights(
+        let found_lights = lights(
             &fine,
             &chroma,
             &study.attention,
@@ -278,8 +278,10 @@ impl<'a> Planner<'a> {
             &plain,
             &found.sky,
             s,
-            most,
+            2 * most,
         );
+        // The most important are kept bare; a knife finds some of the rest again.
+        let (kept, left) = found_lights.split_at(most.min(found_lights.len()));
         shapes.extend(kept.iter().map(|light| Shape::bare(vec![outline(light)])));
         if let Some(reserve) = request.reserve {
             let size = study.mount.photo;
@@ -302,6 +304,7 @@ impl<'a> Planner<'a> {
             ("pencil", sheet.pencil(&edges.inked, params)),
             ("tones and texture", [sheet.inner_tones(params), sheet.texture(params)].concat()),
             ("accents", sheet.accents(params)),
+            ("knife and spatter", [sheet.spatter(params), sheet.scraped(left, params)].concat()),
             ("ink", sheet.ink(&edges.inked, params)),
         ];
         for (_, layer) in &mut layers {
@@ -492,6 +495,7 @@ fn mark(gesture: &Gesture, sheet: &Sheet<'_>, paints: &Paints) -> Mark {
         dry: three(gesture.dry),
         bristles: three(gesture.bristles),
         drag: gesture.drag.map(|value| hundredths(f64::from(value))),
+        scraped: hundredths(f64::from(gesture.scraped)),
         amounts: amounts(gesture.color),
         end_amounts: gesture.end_color.map(amounts),
         bead: 0.4,

@@ -74,6 +74,14 @@ parameters! {
             symbol: "", label: "Ink", unit: "1", default: 0.0, hard: (0.0, 3.0), soft: (0.0, 1.5),
             acts: Simulation, doc: "How much is drawn in ink before any wash.", source: "custom",
         }
+        spatter: f64 {
+            symbol: "", label: "Spatter", unit: "1", default: 0.0, hard: (0.0, 4.0), soft: (0.0, 2.0),
+            acts: Simulation, doc: "How much paint is flicked off the brush where nobody looks.", source: "custom",
+        }
+        scraped: f64 {
+            symbol: "", label: "Scraped lights", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.0, 2.0),
+            acts: Simulation, doc: "How many lights a knife scrapes out of dry darks.", source: "custom",
+        }
         pencil: f64 {
             symbol: "", label: "Pencil", unit: "1", default: 1.0, hard: (0.0, 4.0), soft: (0.0, 2.0),
             acts: Simulation, doc: "How much of the drawing under the washes is seen.", source: "custom",
@@ -176,7 +184,11 @@ impl Preset {
 impl PhotoParams {
     /// Glazes of a painting at most: its washes, and layers of marks on them.
     pub fn glazes(&self) -> u32 {
-        self.washes + 2 + u32::from(self.pencil > 0.0) + u32::from(self.ink > 0.0)
+        self.washes
+            + 2
+            + u32::from(self.pencil > 0.0)
+            + u32::from(self.scraped > 0.0 || self.spatter > 0.0)
+            + u32::from(self.ink > 0.0)
     }
 
     /// Cells along the long edge that a photograph of so many pixels is planned on: a small one needs fewer.

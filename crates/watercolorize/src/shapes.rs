@@ -43,8 +43,6 @@ const SKY_ABOVE: f32 = 0.55;
 const LEAST_SKY: f64 = 0.04;
 /// Part of the sheet that is no sky but the ground of a drawing, and its tone, Lab L.
 const GROUND: (f64, f64) = (0.7, 88.0);
-/// Tone of a sky, Lab L, from which on it is paper: what looks like a sky may be a white ground.
-const PAPER_SKY: f32 = 94.5;
 /// A second wash of the sky: part of it, how much darker, Lab L, and how much more colorful.
 const SECOND: (f64, f32, f32) = (0.36, 5.5, 1.15);
 
@@ -143,9 +141,8 @@ impl Shapes {
         let sums = sums(&found, study);
         let mut washes = washes_of(&found, study, params);
         let is_sky = skies(&found, study);
-        for (at, washes) in washes.iter_mut().enumerate().filter(|(at, _)| is_sky[*at]) {
-            let is_paper = found.masses[at].mean[0] > PAPER_SKY;
-            *washes = usize::from(params.background >= 0.5 && !is_paper);
+        for (washes, _) in washes.iter_mut().zip(&is_sky).filter(|(_, is_sky)| **is_sky) {
+            *washes = usize::from(params.background >= 0.5);
         }
         let mut chance = Chance::new(seed, "shapes");
         let drift = [0, 1].map(|k| plane(seed, &format!("drift {k}"), study.mount.size, DRIFT.0 * s));
@@ -365,8 +362,7 @@ fn second_sky(shapes: &[Shape], found: &Masses, is_sky: &[bool], study: &Study, 
     }
     let (s, size) = (study.mount.long_edge, study.mount.size);
     let [wide, fine] = [0.08, 0.02].map(|sigma| plane(seed, &format!("sky {sigma}"), size, sigma * s));
-    let is_painted = |mass: usize| is_sky[mass] && found.masses[mass].mean[0] <= PAPER_SKY;
-    let sky = found.labels.map(|label| is_painted(label as usize));
+    let sky = found.labels.map(|label| is_sky[label as usize]);
     let tone = study.planned.map(|color| color[0]);
     let smooth = gaussian_plane(&tone, 0.02 * s);
     let mean = {
@@ -394,8 +390,7 @@ fn second_sky(shapes: &[Shape], found: &Masses, is_sky: &[bool], study: &Study, 
         return Vec::new();
     };
     let mask = Raster::by_rows(size[0], size[1], |x, y| sky.at(x, y) && level.at(x, y) > least);
-    let painted = shapes.iter().filter(|shape| shape.is_sky && shape.washes > 0);
-    let largest = painted.max_by(|a, b| a.area.total_cmp(&b.area));
+    let largest = shapes.iter().filter(|shape| shape.is_sky).max_by(|a, b| a.area.total_cmp(&b.area));
     let Some(largest) = largest else { return Vec::new() };
     let rings = around(&mask, s, 1.6).into_iter().filter(|ring| ring_area(ring) > 6e-3 * s * s);
     let rings: Vec<_> = rings.map(|ring| rounded(&ring)).collect();

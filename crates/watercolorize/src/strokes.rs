@@ -44,6 +44,14 @@ const ACCENT_STRONG: f32 = 20.0;
 /// Width of a pen's line, part of the long edge.
 const PEN: f32 = 0.0016;
 
+/// A knife: most lights, their widest, a part of the long edge, how many times as long as wide, and the lightest ground, Lab L.
+const MOST_SCRAPED: f64 = 14.0;
+const SCRAPED_WIDTH: f32 = 0.0022;
+const SCRAPED_SHAPE: f32 = 5.0;
+const SCRAPED_BELOW: f32 = 58.0;
+/// Most drops of spatter.
+const MOST_SPATTER: f64 = 30.0;
+
 /// A pencil: most lines, shortest and longest, width, parts of the long edge; turn that ends one, radians; how far it goes
 /// beside a contour and past its end, parts of the long edge; and how much darker than its ground it is, Lab L.
 const MOST_PENCIL: f64 = 40.0;
@@ -77,6 +85,8 @@ pub struct Gesture {
     pub bristles: [f32; 3],
     /// The document's `drag`.
     pub drag: [f32; 2],
+    /// The document's `scraped`.
+    pub scraped: f32,
 }
 
 impl Gesture {
@@ -91,6 +101,7 @@ impl Gesture {
             dry: [0.0, 0.0, 0.6],
             bristles: [0.45, 14.0, 0.0],
             drag: [0.0, 1.0],
+            scraped: 0.0,
         }
     }
 }
@@ -385,6 +396,64 @@ impl Sheet<'_> {
                 gesture
             })
             .collect()
+    }
+
+    /// Lights that a knife scrapes out of dry darks: `lights` are those that are left after the ones that are kept bare.
+    pub fn scraped(&self, lights: &[Trace], params: &PhotoParams) -> Vec<Gesture> {
+        let mut chance = Chance::new(self.seed, "scraped");
+        lights
+            .iter()
+            .filter(|found| {
+                let wide = found.widths.iter().fold(0.0f32, |most, &width| most.max(width));
+                self.below(&found.points)[0] < SCRAPED_BELOW
+                    && found.length > SCRAPED_SHAPE * wide
+                    && self.study.along(&found.points, &self.study.face) < 0.05
+            })
+            .take((MOST_SCRAPED * params.scraped) as usize)
+            .map(|found| {
+                let mut gesture = pressed(found, [97.0, 0.0, 2.0], &mut chance);
+                let thin = SCRAPED_WIDTH * self.study.mount.long_edge as f32;
+                gesture.widths.iter_mut().for_each(|width| *width = (0.6 * *width).min(thin));
+                gesture.dry = [chance.between([0.1, 0.35]), chance.between([0.4, 0.7]), 0.4];
+                gesture.scraped = chance.between([0.45, 0.8]);
+                gesture
+            })
+            .collect()
+    }
+
+    /// Drops that were flicked off a loaded brush, a burst or two beside the subject.
+    pub fn spatter(&self, params: &PhotoParams) -> Vec<Gesture> {
+        let study = self.study;
+        let s = study.mount.long_edge as f32;
+        let most = (MOST_SPATTER * params.spatter) as usize;
+        let mut chance = Chance::new(self.seed, "spatter");
+        let (origin, photo) = (study.mount.origin as f32, study.mount.photo.map(|cells| cells as f32));
+        let mut drops: Vec<Gesture> = Vec::new();
+        for _ in 0..8 {
+            if drops.len() >= most {
+                break;
+            }
+            let middle = [0, 1].map(|axis: usize| origin + chance.between([0.08, 0.92]) * photo[axis]);
+            let (seen, face) =
+                (study.attention.sample(middle[0], middle[1]), study.face.sample(middle[0], middle[1]));
+            if seen > 0.45 || face > 0.0 || self.is_border(middle) || self.is_bare(middle) {
+                continue;
+            }
+            let [l, a, b] = self.color_at(middle);
+            let color = [(l - chance.between([10.0, 24.0])).max(20.0), 1.1 * a, 1.1 * b];
+            // They fly one way: a fan of drops, the further the smaller.
+            let way = chance.between([0.0, core::f32::consts::TAU]);
+            for _ in 0..chance.count([5, 11]) {
+                let far = chance.unit() * 0.07 * s;
+                let angle = way + chance.spread(0.5);
+                let place = [middle[0] + far * libm::cosf(angle), middle[1] + far * libm::sinf(angle)];
+                let size = s * chance.between([0.0009, 0.0032]) * (1.2 - 0.6 * far / (0.07 * s));
+                if !self.is_border(place) && !self.is_bare(place) {
+                    drops.push(Gesture::new(vec![place], vec![size], color));
+                }
+            }
+        }
+        drops
     }
 
     /// Lets a brush run out, now and then.

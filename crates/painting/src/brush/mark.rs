@@ -73,6 +73,11 @@ impl PlannedMark {
         self.bounds
     }
 
+    /// How much a knife scrapes off, 0 to 1; 0 for a brush.
+    pub fn scraped(&self) -> f32 {
+        self.mark.scraped as f32
+    }
+
     /// How much of each pigment it leaves where it leaves all that the brush holds.
     pub fn amounts(&self, touch: &Touch, pigment: usize) -> f32 {
         let begin = self.mark.amounts[pigment] as f32;

@@ -102,6 +102,8 @@ pub struct Mark {
     pub end_amounts: Option<Vec<f64>>,
     /// How much pigment gathers where the brush is lifted.
     pub bead: f64,
+    /// For a knife instead of a brush: how much of what is dry it scrapes off where it touches, 0 to 1, down to the paper.
+    pub scraped: f64,
 }
 
 impl Default for Mark {
@@ -117,6 +119,7 @@ impl Default for Mark {
             amounts: Vec::new(),
             end_amounts: None,
             bead: 0.4,
+            scraped: 0.0,
         }
     }
 }
@@ -265,6 +268,7 @@ impl Mark {
             amounts: read_amounts(table, "amounts", pigments)?,
             end_amounts,
             bead: table.real("bead", 0.0..=10.0)?.unwrap_or(default.bead),
+            scraped: table.real("scraped", 0.0..=1.0)?.unwrap_or(default.scraped),
         })
     }
 
@@ -281,7 +285,8 @@ impl Mark {
             .with_some("drag", unless(self.drag == default.drag, self.drag.into()))
             .with("amounts", self.amounts.clone())
             .with_some("end_amounts", self.end_amounts.clone())
-            .with_some("bead", unless(self.bead == default.bead, self.bead.into()));
+            .with_some("bead", unless(self.bead == default.bead, self.bead.into()))
+            .with_some("scraped", unless(self.scraped == default.scraped, self.scraped.into()));
         Node::Inline(tree)
     }
 }

@@ -95,12 +95,24 @@ fn mark(pigments: usize) -> impl Strategy<Value = Mark> {
     let amounts = move || prop::collection::vec(0.0f64..=100.0, pigments);
     let path = prop::collection::vec((point(), 0.0f64..=1000.0), 1..4);
     let numbers = ([0.0f64..=2.0, 0.0f64..=2.0, 0.0f64..=2.0], [0.0f64..=99.0, 0.0f64..=99.0]);
-    let shape = (-0.5f64..=0.5, prop::option::of(-80.0f64..=80.0), 0.0f64..=10.0);
+    let shape = (-0.5f64..=0.5, prop::option::of(-80.0f64..=80.0), 0.0f64..=10.0, 0.0f64..=1.0);
     (path, numbers, shape, amounts(), prop::option::of(amounts())).prop_map(
-        |(path, (dry, drag), (side, chisel_degrees, bead), amounts, end_amounts)| {
+        |(path, (dry, drag), (side, chisel_degrees, bead, scraped), amounts, end_amounts)| {
             let (path, widths) = path.into_iter().unzip();
             let bristles = dry.map(|x| 3.0 * x);
-            Mark { path, widths, side, chisel_degrees, dry, bristles, drag, amounts, end_amounts, bead }
+            Mark {
+                path,
+                widths,
+                side,
+                chisel_degrees,
+                dry,
+                bristles,
+                drag,
+                amounts,
+                end_amounts,
+                bead,
+                scraped,
+            }
         },
     )
 }
