@@ -418,3 +418,14 @@ fn a_plan_lists_all_that_is_written_and_a_named_folder_is_made() {
         assert!(folder.has(name), "{name}");
     }
 }
+
+#[test]
+fn a_forgotten_output_is_no_advice_to_replace_a_photograph() {
+    let folder = studio();
+    folder.write("second.png", picture_file(photo(48, 32), ImageFormat::Png));
+    let before = folder.read("second.png");
+    let (said, hint) = folder.fails("watercolorize photo.png second.png", 5);
+    let told = format!("{said} {hint}");
+    assert!(told.contains("the last name is where the painting goes"), "{told}");
+    assert!(folder.read("second.png") == before);
+}

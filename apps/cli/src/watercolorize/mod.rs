@@ -216,6 +216,18 @@ fn reading(size: &SizeArgs, recipes: &[Recipe]) -> Reading {
     }
 }
 
+/// If the painting's name is that of a file, the painting's name may have been forgotten, and the file may be a photograph:
+/// nobody is told to replace it without that being said.
+fn last_is_output(failure: Failure, output: &Path) -> Failure {
+    if failure.kind() != Kind::Exists || !output.is_file() {
+        return failure;
+    }
+    failure.hint(
+        "the last name is where the painting goes: give it one of its own after the photographs, \
+         `--skip-existing` to leave this file, or `--overwrite` to replace it",
+    )
+}
+
 /// Every output of every photograph; those that are all there already and to be left are left out.
 fn claimed(
     args: &WatercolorizeArgs,
@@ -247,7 +259,10 @@ fn claimed(
     for photo in photos {
         let extra = (washes, args.means.talk);
         let naming = of_photo(photo);
-        let mut errand = args.more.claim(&mut outputs, &naming, output, &writing, extra)?;
+        let mut errand = args
+            .more
+            .claim(&mut outputs, &naming, output, &writing, extra)
+            .map_err(|failure| last_is_output(failure, output))?;
         errand.mattes = args.c97.read(&naming, stock)?;
         errand.targets = args.c97.claim(&mut outputs, &naming, errand.mattes.as_ref())?;
         if errand.is_done() {
