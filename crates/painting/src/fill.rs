@@ -360,7 +360,7 @@ impl PlannedFill {
             let one = xs.iter().all(|&x| column[x] == family);
             let weights = spline(fx);
             let near = (!one).then(|| self.within(family, x, y));
-            let held = paint.and_then(|paint| self.held(paint, label, mm, [x, y], ys[1], xs[1]));
+            let held = paint.and_then(|paint| self.held(paint, label, mm, [x, y]));
             let streak = paint.map_or(1.0, |paint| self.streak(paint, mm));
             for (pigment, (row_out, grain)) in amounts.iter_mut().zip(grain).enumerate() {
                 let amount = match &near {
@@ -374,18 +374,22 @@ impl PlannedFill {
         }
     }
 
-    /// The four cells around a place as far as they are of a family, with shares of 1 in all; `None` if none is.
-    fn within(&self, family: u16, x: f32, y: f32) -> Option<[(usize, usize, f32); 4]> {
-        let (width, height) = (self.families.width(), self.families.height());
+    /// The four cells around a place, and how near it is to each, 1 in all.
+    fn cells_around(&self, x: f32, y: f32) -> [(usize, usize, f32); 4] {
         let (x0, y0) = (x as usize, y as usize);
-        let (x1, y1) = ((x0 + 1).min(width - 1), (y0 + 1).min(height - 1));
+        let (x1, y1) = ((x0 + 1).min(self.families.width() - 1), (y0 + 1).min(self.families.height() - 1));
         let (fx, fy) = (x.fract(), y.fract());
-        let mut cells = [
+        [
             (x0, y0, (1.0 - fx) * (1.0 - fy)),
             (x1, y0, fx * (1.0 - fy)),
             (x0, y1, (1.0 - fx) * fy),
             (x1, y1, fx * fy),
-        ];
+        ]
+    }
+
+    /// The four cells around a place as far as they are of a family, with shares of 1 in all; `None` if none is.
+    fn within(&self, family: u16, x: f32, y: f32) -> Option<[(usize, usize, f32); 4]> {
+        let mut cells = self.cells_around(x, y);
         for (x, y, share) in &mut cells {
             if self.families.row(*y)[*x] != family {
                 *share = 0.0;
@@ -397,24 +401,8 @@ impl PlannedFill {
     }
 
     /// What a figure's own contour, exact, makes of amounts of its family that ran on cells: where it was nearly dry it holds.
-    fn held(
-        &self,
-        paint: &Paint,
-        label: u16,
-        mm: [f64; 2],
-        [x, y]: [f32; 2],
-        row: usize,
-        column: usize,
-    ) -> Option<Vec<f32>> {
-        let (right, below) =
-            ((column + 1).min(self.figures.width() - 1), (row + 1).min(self.figures.height() - 1));
-        let (fx, fy) = (x.fract(), y.fract());
-        let cells = [
-            (self.figures.row(row)[column], (1.0 - fx) * (1.0 - fy)),
-            (self.figures.row(row)[right], fx * (1.0 - fy)),
-            (self.figures.row(below)[column], (1.0 - fx) * fy),
-            (self.figures.row(below)[right], fx * fy),
-        ];
+    fn held(&self, paint: &Paint, label: u16, mm: [f64; 2], [x, y]: [f32; 2]) -> Option<Vec<f32>> {
+        let cells = self.cells_around(x, y).map(|(x, y, share)| (self.figures.row(y)[x], share));
         if cells.iter().all(|cell| cell.0 == label) {
             return None;
         }

@@ -101,7 +101,7 @@ pub fn brushwork(
             _ => [97.0, 0.0, 2.0],
         }
     });
-    let mut easel = Easel { study, shapes, labels, canvas, seen: seen.clone(), params };
+    let mut easel = Easel { study, shapes, labels, canvas, seen: Colors::new(0, 0, [0.0; 3]), params };
     let mut chance = Chance::new(seed, "brushwork");
     let mut strokes = Vec::new();
     for brush in &BRUSHES {
@@ -163,14 +163,14 @@ fn differ(a: [f32; 3], b: [f32; 3]) -> f32 {
     (l * l + HUE * HUE * (u * u + v * v)).sqrt()
 }
 
-impl Easel<'_> {
+impl<'a> Easel<'a> {
     fn cell(&self, [x, y]: Point) -> Option<(usize, usize)> {
         let inside =
             x >= 0.0 && y >= 0.0 && x < self.labels.width() as f32 && y < self.labels.height() as f32;
         inside.then_some((x as usize, y as usize))
     }
 
-    fn shape(&self, (x, y): (usize, usize)) -> Option<&Shape> {
+    fn shape(&self, (x, y): (usize, usize)) -> Option<&'a Shape> {
         self.labels.at(x, y).checked_sub(1).map(|shape| &self.shapes[usize::from(shape)])
     }
 
@@ -181,13 +181,13 @@ impl Easel<'_> {
             let at = [cell.0, cell.1][axis];
             (mount.origin..mount.origin + mount.photo[axis]).contains(&at)
         });
-        inside && self.shape(cell).is_some_and(|shape| !shape.is_sky && !shape.is_border)
+        inside && self.shape(cell).is_some_and(|shape| !shape.is_sky)
     }
 
     fn lay(&mut self, brush: &Brush, chance: &mut Chance, strokes: &mut Vec<Shape>) {
         let s = self.study.mount.long_edge;
         let width = (brush.width * s) as f32;
-        let most = (brush.most * f64::from(self.params.detail.min(1.5) as f32)) as usize;
+        let most = (brush.most * self.params.detail.min(1.5)) as usize;
         let step = (0.55 * width).max(2.0) as usize;
         let mut begins: Vec<(f32, usize, usize)> = Vec::new();
         for top in (0..self.labels.height()).step_by(step) {
@@ -287,9 +287,10 @@ impl Easel<'_> {
             over,
             area: f64::from(0.6 * long * wide),
             laid: Some(libm::atan2f(to[1] - from[1], to[0] - from[0])),
+            attention: dark.0.attention,
+            seen: dark.0.seen,
             is_sky: false,
             is_border: false,
-            ..dark.0.clone()
         })
     }
 
@@ -313,7 +314,7 @@ impl Easel<'_> {
     }
 
     fn stroke(&mut self, width: f32, begin: (usize, usize), chance: &mut Chance) -> Option<Shape> {
-        let ground = self.shape(begin)?.clone();
+        let ground = self.shape(begin)?;
         if ground.washes == 0 && self.params.background < 1.0 {
             return None;
         }

@@ -74,22 +74,10 @@ impl Edges {
         let widths = noise("width of soft edges");
         let (lost, dry) = (params.lost_edges as f32, params.drybrush as f32);
         let mut edges = Self::default();
-        let washes = |label: u16| match label.checked_sub(1) {
-            Some(shape) => shapes.get(usize::from(shape)).map_or(0, |shape| shape.washes),
-            None => 0,
-        };
-        let is_border = |label: u16| {
-            label
-                .checked_sub(1)
-                .and_then(|shape| shapes.get(usize::from(shape)))
-                .is_some_and(|shape| shape.is_border)
-        };
-        let is_sky = |label: u16| {
-            label
-                .checked_sub(1)
-                .and_then(|shape| shapes.get(usize::from(shape)))
-                .is_some_and(|shape| shape.is_sky)
-        };
+        let shape_of = |label: u16| label.checked_sub(1).and_then(|shape| shapes.get(usize::from(shape)));
+        let washes = |label: u16| shape_of(label).map_or(0, |shape| shape.washes);
+        let is_border = |label: u16| shape_of(label).is_some_and(|shape| shape.is_border);
+        let is_sky = |label: u16| shape_of(label).is_some_and(|shape| shape.is_sky);
         let clouds = plane(seed, "clouds", study.mount.size, 0.06 * s);
         let label_at = |[x, y]: [f32; 2]| {
             let held = |at: f32, of: usize| (at.max(0.0) as usize).min(of - 1);

@@ -38,6 +38,7 @@ pub mod tracer;
 pub mod accents;
 pub mod rules;
 mod strokes;
+mod pencil;
 pub mod palette;
 pub mod separate;
 mod mixing;

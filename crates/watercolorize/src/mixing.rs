@@ -1,7 +1,7 @@
 //! Colors become paint: what each wash aims at, and how much of each pigment that takes over the washes below.
 
 use crate::separate::{Limits, MOST, Paints, from_lab, lab};
-use crate::values::{LIGHTEST, MOST_WASHES};
+use crate::values::LIGHTEST;
 
 /// How a mix is found: most of each pigment and in all, and how dear paint is, Lab² a thickness.
 const LIMITS: Limits = Limits { each: 1.6, total: 2.6, thrift: 1.6, keeping: 0.0, rounds: 12, hue: 1.0 };
@@ -33,17 +33,9 @@ pub fn thinned(color: [f32; 3], lightness: f32) -> [f32; 3] {
 /// The amounts of each wash that together make a color over a ground, so many washes, the first ones thinner; a list a
 /// wash.
 pub fn glazed(paints: &Paints, wanted: [f32; 3], ground: [f32; 3], washes: usize) -> Vec<Vec<f32>> {
-    let color = linear(wanted);
-    let mut below = ground;
-    (0..washes.min(MOST_WASHES))
-        .map(|wash| {
-            let aim = if wash + 1 == washes { color } else { thinned(color, LIGHTEST[wash]) };
-            let (amounts, _) = paints.separate(lab(aim), below, None, &LIMITS);
-            let amounts = rounded(paints, &amounts);
-            below = paints.over(&amounts, below);
-            amounts
-        })
-        .collect()
+    let mut laid = Vec::new();
+    lay(paints, wanted, ground, washes, &mut laid);
+    laid
 }
 
 /// The same for a glaze: its first washes are those of another color, so many of them, that lies beside it.
@@ -55,17 +47,21 @@ pub fn glazed_over(
     washes: usize,
 ) -> Vec<Vec<f32>> {
     let mut laid = glazed(paints, first, ground, of_first.min(washes));
-    let mut below = laid.iter().fold(ground, |below, amounts| paints.over(amounts, below));
-    let above = washes.saturating_sub(laid.len());
+    let below = laid.iter().fold(ground, |below, amounts| paints.over(amounts, below));
+    lay(paints, wanted, below, washes, &mut laid);
+    laid
+}
+
+/// Lays washes of a color over those that are laid, until there are so many; `below` is what those look like.
+fn lay(paints: &Paints, wanted: [f32; 3], mut below: [f32; 3], washes: usize, laid: &mut Vec<Vec<f32>>) {
     let color = linear(wanted);
-    for wash in 0..above {
-        let aim = if wash + 1 == above { color } else { thinned(color, LIGHTEST[laid.len()]) };
+    for (wash, &lightest) in LIGHTEST.iter().enumerate().take(washes).skip(laid.len()) {
+        let aim = if wash + 1 == washes { color } else { thinned(color, lightest) };
         let (amounts, _) = paints.separate(lab(aim), below, None, &LIMITS);
         let amounts = rounded(paints, &amounts);
         below = paints.over(&amounts, below);
         laid.push(amounts);
     }
-    laid
 }
 
 /// The amounts that make a color over one that lies there already.

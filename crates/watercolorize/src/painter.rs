@@ -16,6 +16,7 @@ use rayon::prelude::*;
 use crate::accents::lights;
 use crate::accidents::smoothstep;
 use crate::border::border;
+use crate::brushwork::brushwork;
 use crate::contours::around;
 use crate::edges::Edges;
 use crate::mixing::{glazed, glazed_over, linear, over, stored as stored_amounts};
@@ -251,12 +252,10 @@ impl<'a> Planner<'a> {
         let found = Shapes::new(study, params, seed);
         let mut shapes = found.shapes;
         let s = study.mount.long_edge;
-        let mut labels = labels(&shapes, study);
-        if std::env::var("NOBRUSH").is_err() {
-            let strokes = crate::brushwork::brushwork(study, &shapes, &labels, params, seed);
-            shapes.extend(strokes);
-            labels = self::labels(&shapes, study);
-        }
+        let masses = labels(&shapes, study);
+        let strokes = brushwork(study, &shapes, &masses, params, seed);
+        shapes.extend(strokes);
+        let labels = labels(&shapes, study);
         // Small lights lie over all, and no wash fills them.
         let fine = girtin_grid::blur::gaussian_plane(&study.lab.map(|color| color[0]), 0.0009 * s);
         let chroma = study.lab.map(|[_, a, b]| libm::hypotf(a, b));

@@ -11,7 +11,7 @@ use crate::masses::steps;
 use crate::mount::Mount;
 use crate::painter::Request;
 use crate::simplify::{flattened, simplified};
-use crate::texture::{Texture, texture};
+use crate::texture::{Texture, busy, texture};
 use crate::values::Values;
 
 /// A value a cell.
@@ -65,7 +65,7 @@ impl Study {
         let found = faces(&lightness);
         let heads = whole(&in_heads(&found, area.size));
         // Features of a face, and what is finely made, are no wider than seams.
-        let (crisp, fine) = (crisp(&photo, s), texture(&photo, s).busy);
+        let (crisp, fine) = (crisp(&photo, s), busy(&photo.map(|[l, ..]| l), s));
         let lab = Raster::by_rows(photo.width(), photo.height(), |x, y| {
             let is_kept = heads.at(x, y) > 0.02 || fine.at(x, y) > FINE;
             if is_kept { photo.at(x, y) } else { crisp.at(x, y) }

@@ -43,13 +43,7 @@ pub struct Texture {
 pub fn texture(lab: &Raster<[f32; 3]>, long_edge: f64) -> Texture {
     let (width, height) = (lab.width(), lab.height());
     let lightness = lab.map(|[l, ..]| l);
-    let smooth = gaussian_plane(&lightness, FINE * long_edge);
-    let squares = Raster::by_rows(width, height, |x, y| {
-        let fine = lightness.at(x, y) - smooth.at(x, y);
-        fine * fine
-    });
-    let energy = gaussian_plane(&squares, POOLED * long_edge);
-    let busy = energy.map(|energy| smoothstep(energy.max(0.0).sqrt(), BUSY[0], BUSY[1]));
+    let busy = busy(&lightness, long_edge);
     let coherence = gaussian(&tensor(&lightness), COMPARED * long_edge).map(|[a, b, c]| {
         let spread = ((a - c) * (a - c) + 4.0 * b * b).sqrt();
         spread / (a + c + NOISE)
@@ -58,6 +52,17 @@ pub fn texture(lab: &Raster<[f32; 3]>, long_edge: f64) -> Texture {
         busy.at(x, y) * smoothstep(coherence.at(x, y), DIRECTED[0], DIRECTED[1])
     });
     Texture { busy, coherence, foliage, direction: direction(&lightness, long_edge) }
+}
+
+/// How much fine change there is, 0 to 1.
+pub fn busy(lightness: &Raster<f32>, long_edge: f64) -> Raster<f32> {
+    let smooth = gaussian_plane(lightness, FINE * long_edge);
+    let squares = Raster::by_rows(lightness.width(), lightness.height(), |x, y| {
+        let fine = lightness.at(x, y) - smooth.at(x, y);
+        fine * fine
+    });
+    let energy = gaussian_plane(&squares, POOLED * long_edge);
+    energy.map(|energy| smoothstep(energy.max(0.0).sqrt(), BUSY[0], BUSY[1]))
 }
 
 /// Where structures run. A flat place takes the direction of its surroundings, and in the end the horizontal.
